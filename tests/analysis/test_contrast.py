@@ -167,8 +167,8 @@ def test_gaps_between_onsets_are_told():
     lines = ("b.w..bb..", "b.b.b.b.b")
     found = contrast(*(grid({"up": [line]}, speeds) for line in lines))
     assert onset_rows(found, "field") == [
-        ("", "coming up", "bit-bounce", "9.549, 57.3 to 66.85 rpm", "5 intervals from 9.549 to 85.94 rpm"),
-        ("", "coming up", "whirl", "28.65 rpm", "none"),
+        ("", "coming up", "bit-bounce", "9.5, 57.3 to 66.8 rpm", "5 intervals from 9.5 to 85.9 rpm"),
+        ("", "coming up", "whirl", "28.6 rpm", "none"),
     ]
 
 

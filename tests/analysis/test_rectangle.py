@@ -12,7 +12,7 @@ from nsdrill.analysis.room import choose, rectangle
 from nsdrill.analysis.window import find_window
 from nsdrill.units import to_si
 from nsdrill.words.answer import words_of
-from nsdrill.words.values import Formatter
+from nsdrill.words.values import TORQUE, Formatter
 
 from .grids import grid
 
@@ -84,9 +84,17 @@ def test_numbers_are_those_a_driller_sets():
     fmt, rpm, klbf = Formatter("field"), np.pi / 30, 4448.2216152605
     assert fmt.range("rotary_speed", list(fmt.inwards("rotary_speed", 72.6 * rpm, 140.25 * rpm))) == "73 to 140 rpm"
     assert fmt.range("rotary_speed", list(fmt.outwards("rotary_speed", 54.19 * rpm, 67.95 * rpm))) == "54 to 68 rpm"
-    assert fmt.value("wob", fmt.settable("wob", 48.57 * klbf, 10 * klbf, 55 * klbf)) == "49 klbf"
-    assert fmt.value("wob", fmt.settable("wob", 48.57 * klbf, 10 * klbf, 48.6 * klbf)) == "48 klbf"
+    assert fmt.value("wob", fmt.settable("wob", 48.57 * klbf, 10 * klbf, 55 * klbf)) == "48.5 klbf"
+    assert fmt.value("wob", fmt.settable("wob", 48.57 * klbf, 10 * klbf, 48.4 * klbf)) == "48 klbf"
     assert fmt.inwards("rotary_speed", 72.2 * rpm, 72.8 * rpm) == (72.2 * rpm, 72.8 * rpm)  # nothing to set within
+    assert fmt.value("rotary_speed", 64.81 * rpm) == "64.8 rpm"  # of a grid
+    assert fmt.value("rotary_speed", fmt.settable("rotary_speed", 64.81 * rpm, 60 * rpm, 70 * rpm)) == "65 rpm"
+    assert fmt.value("wob", 22.4809 * klbf) == "22.5 klbf"
+    assert fmt.value(TORQUE, 12345.0) == "9.11 kft-lbf"
+    assert fmt.value(TORQUE, 123450.0) == "91.1 kft-lbf"
+    assert fmt.value(TORQUE, 0.0) == "0 kft-lbf"
+    assert fmt.value("rate_of_penetration", 15.654 * 0.3048 / 3600) == "15.7 ft/h"
+    assert fmt.range_inwards("rotary_speed", 60.04 * rpm, 99.96 * rpm) == "61 to 99 rpm"  # not a twentieth wider
     assert fmt.rate(1.951 * rpm) == "2 rpm/s"  # "or faster": rounded up
     assert fmt.rate(1.81 * rpm) == "1.9 rpm/s"
     assert Formatter("si").inwards("rotary_speed", 1.234, 5.678) == (1.234, 5.678)

@@ -92,7 +92,7 @@ def test_what_trials_found_better_than_a_hint_is_in_the_first_sentence(withdrawn
         POINT if withdrawn else narrow, Trials(ways("www" if withdrawn else "...", "www"), (tried,), wob=100e3)
     )
     said = sentence(found)
-    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.48 klbf, untried elsewhere." in said
+    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.5 klbf, untried elsewhere." in said
     assert ("in ended free in trials." in said) == withdrawn
     assert is_short(said)
 
@@ -106,11 +106,11 @@ def test_what_is_free_at_one_rate_alone_is_so_by_chance():
         assert f"{free} of 7 ways in ended free in trials" in sentence(found)
         orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
         assert orders.do() == []
-        assert orders.do_not() == [f"Do not run at 22.48 klbf and 100 rpm: {free} of 7 ways in ended free in trials."]
+        assert orders.do_not() == [f"Do not run at 22.5 klbf and 100 rpm: {free} of 7 ways in ended free in trials."]
     found = confirmed(POINT, Trials(ways("www", "ww..")))
     assert found.kind == Kind.FROM_BELOW
-    # 22.48 klbf: 100 kN / 4.448 kN
-    assert sentence(found).startswith("Go to 22.48 klbf and 100 rpm speed first, 3 to 10 rpm/s, and stay at ")
+    # 22.5 klbf: 100 kN / 4.448 kN
+    assert sentence(found).startswith("Go to 22.5 klbf and 100 rpm speed first, 3 to 10 rpm/s, and stay at ")
 
 
 def test_where_the_weight_first_is_free_at_some_rates_only_the_sentence_names_the_rates():
@@ -120,17 +120,17 @@ def test_where_the_weight_first_is_free_at_some_rates_only_the_sentence_names_th
         (("w..", "www."), "weight first, 1 to 3 rpm/s"),
     ):
         found = confirmed(POINT, Trials(ways(*tried)))
-        assert sentence(found).startswith(f"Go to 22.48 klbf and 100 rpm {says}, and stay at ")
+        assert sentence(found).startswith(f"Go to 22.5 klbf and 100 rpm {says}, and stay at ")
     assert sentence(confirmed(POINT, Trials(ways("...", "www.")))).startswith("Bring up to")
 
 
 def test_no_order_names_a_rate_beyond_those_that_were_tried():
     found = confirmed(replace(POINT, way_in=WayIn()), Trials(ways("...", "....")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert orders.do()[0] == "Off bottom raise the speed to 100 rpm at 0.2 to 10 rpm/s. Then set 22.48 klbf."
+    assert orders.do()[0] == "Off bottom raise the speed to 100 rpm at 0.2 to 10 rpm/s. Then set 22.5 klbf."
     timed = confirmed(replace(POINT, way_in=WayIn()), replace(Trials(ways("...", "....")), set_down=(5.0, 20.0)))
     orders = Orders(timed, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert orders.do()[0].endswith("Then set 22.48 klbf in 5 to 20 s.")
+    assert orders.do()[0].endswith("Then set 22.5 klbf in 5 to 20 s.")
     assert data_of(timed, "rotary_speed")["weight_set_in"] == {"from": 5.0, "to": 20.0}
 
 
@@ -143,10 +143,10 @@ def test_the_rate_of_a_way_in_is_one_that_was_tried_or_that_passes_the_wall():
         found = confirmed(advice, Trials(ways(*tried))) if tried else advice
         return Words(found, ("rotary_speed", "wob"), "field", ("up", "down")).lines()[1]
 
-    assert way_of() == "Way in: off bottom raise the speed to 100 rpm, then set 22.48 klbf."
-    assert "to 100 rpm at 0.2 to 10 rpm/s, then set 22.48 klbf" in way_of("...", "....")
-    assert "to 100 rpm at 3 to 10 rpm/s, then set 22.48 klbf" in way_of("...", "ww..")
-    assert "Way in: set 22.48 klbf, then raise the speed to 100 rpm at 1 to 3 rpm/s. Trials" in way_of("w..", "wwww")
+    assert way_of() == "Way in: off bottom raise the speed to 100 rpm, then set 22.5 klbf."
+    assert "to 100 rpm at 0.2 to 10 rpm/s, then set 22.5 klbf" in way_of("...", "....")
+    assert "to 100 rpm at 3 to 10 rpm/s, then set 22.5 klbf" in way_of("...", "ww..")
+    assert "Way in: set 22.5 klbf, then raise the speed to 100 rpm at 1 to 3 rpm/s. Trials" in way_of("w..", "wwww")
     assert way_of("www", "wwww").startswith("Way in: none is known. Trials: ")
 
 
@@ -156,7 +156,7 @@ def test_what_was_withdrawn_is_not_ordered():
     found = confirmed(POINT, Trials(ways("www", "wwww")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert orders.do() == []
-    assert orders.do_not()[0] == "Do not run at 22.48 klbf and 100 rpm: none of 7 ways in ended free in trials."
+    assert orders.do_not()[0] == "Do not run at 22.5 klbf and 100 rpm: none of 7 ways in ended free in trials."
 
 
 def test_a_failed_trial_is_not_free():
@@ -419,10 +419,10 @@ def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
     assert found.way_in is not None
     assert (found.way_in.first, found.way_in.most) == ("speed", pytest.approx(1.0 * RPM))
     said = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert "Way in: off bottom raise the speed to 100 rpm at 0.2 to 1 rpm/s, then set 22.48 klbf." in " ".join(
+    assert "Way in: off bottom raise the speed to 100 rpm at 0.2 to 1 rpm/s, then set 22.5 klbf." in " ".join(
         said.lines()
     )
-    assert said.sentence().startswith("Go to 22.48 klbf and 100 rpm speed first, 0.2 to 1 rpm/s, and stay at ")
+    assert said.sentence().startswith("Go to 22.5 klbf and 100 rpm speed first, 0.2 to 1 rpm/s, and stay at ")
     orders = " ".join(said.do_not())
     assert "before the weight" not in orders
     assert "Do not set the weight before the speed: in trials none of 3 such ways in ended free." in orders
@@ -465,12 +465,12 @@ def test_the_order_that_asks_less_of_the_drive_is_taken():
     quick = replace(POINT, kind=Kind.QUICK_START, grade=Grade.FROM_START, slowly=("whirl",), way_in=WayIn())
     found = confirmed(quick, Trials(ways("....", "www.")))
     order = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert order.do()[0] == "Set 22.48 klbf. Then raise the speed to 100 rpm at 0.2 to 10 rpm/s without a stop."
-    assert "Go to 22.48 klbf and 100 rpm weight first, 0.2 to 10 rpm/s; stay at " in sentence(found)
+    assert order.do()[0] == "Set 22.5 klbf. Then raise the speed to 100 rpm at 0.2 to 10 rpm/s without a stop."
+    assert "Go to 22.5 klbf and 100 rpm weight first, 0.2 to 10 rpm/s; stay at " in sentence(found)
     forbidden = "Do not raise the speed before the weight: in trials 3 of 4 such ways in ended in vibration."
     assert forbidden in order.do_not()
     half = Orders(confirmed(quick, Trials(ways("....", "ww.."))), ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert half.do()[0].startswith("Off bottom raise the speed to 100 rpm at 3 to 10 rpm/s. Then set 22.48 klbf.")
+    assert half.do()[0].startswith("Off bottom raise the speed to 100 rpm at 3 to 10 rpm/s. Then set 22.5 klbf.")
 
 
 def test_no_speed_is_ordered_at_which_something_else_vibrates():

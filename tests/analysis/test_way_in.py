@@ -1,19 +1,24 @@
 """One way in, in all texts: the speed first, off bottom, unless the numbers or trials say
 otherwise."""
 
+import json
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
 from analysis.grids import told
-from nsdrill.analysis.advice import First, Kind, WayIn
+from nsdrill.analysis.advice import First, Kind, Surface, WayIn
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
+from nsdrill.data import STRING_BY_DEPTH
 from nsdrill.text.window_text import lines
 from nsdrill.units import to_si
 from nsdrill.words.answer import needed_for_words, warnings, words_of
 from nsdrill.words.orders import Orders
-from nsdrill.words.wording import is_short
+from nsdrill.words.wording import is_short, period_words
 
 RPM = to_si("1 rpm", "rad/s")
 
@@ -222,3 +227,24 @@ def test_a_vibration_is_lowered_to_the_setting_or_below(down, lasts_to, says):
         results = told(results, [lasts_to * RPM] * 5)
     orders = Orders(*needed_for_words(find_window(results), "field"))
     assert f"If it whirls{says}" in " ".join(orders.do())
+
+
+def test_a_period_that_was_not_measured_has_a_least_one():
+    """Stick-slip has the period of the torsional mode, or a longer one: a gauge shows it at the surface."""
+    seen = Surface(5e3, sticking=(1e3, 9e3), sticking_at=8.0)
+    assert period_words(replace(seen, period=4.24)) == " every 4.2 s"
+    assert period_words(replace(seen, least_period=3.996)) == " every 3.9 s or more", "never rounded up"
+    assert period_words(replace(seen, least_period=12.6)) == " every 12 s or more"
+    assert period_words(seen) == ""
+    results = made(WALL, up=["ss....."] * 5, down=FREE)
+    torque = np.full(results.shape, 5e3)
+    torques = {f"surface_torque_{end}": torque for end in ("mean", "min", "max")}
+    torques |= {"stick_slip_period": np.full(results.shape, np.nan)}
+    by_depth = json.dumps([{"depth": 1e3, "drag": 100.0, "period": 2.0}, {"depth": 9e3, "drag": 100.0, "period": 6.0}])
+    for known, words in ((by_depth, " every 4 s or more"), ("[]", "; how often was not measured")):
+        found = replace(
+            results, variables={**results.variables, **torques}, attrs={**results.attrs, STRING_BY_DEPTH: known}
+        )
+        line = words_of(find_window(found), "field").lines()[-1]
+        assert line.startswith("Surface")
+        assert f"kft-lbf{words}" in line

@@ -326,7 +326,7 @@ def test_nothing_safe_is_said_of_what_is_known_only():
 
 def test_equal_ends_are_one_value():
     """In the digits that are printed."""
-    assert Formatter("field").range("rotary_speed", [3.01905, 3.019052]) == "28.83 rpm"
+    assert Formatter("field").range("rotary_speed", [3.01905, 3.019052]) == "28.8 rpm"
 
 
 @pytest.mark.parametrize(

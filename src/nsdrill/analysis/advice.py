@@ -18,7 +18,7 @@ from nsdrill.analysis.chains import SLACK, Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.off_bottom import drag_off_bottom
+from nsdrill.analysis.off_bottom import drag_off_bottom, torsional_period
 from nsdrill.analysis.planes import Cell, along_axis, planes_of
 from nsdrill.analysis.probability import independent, interval
 from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
@@ -200,6 +200,8 @@ class Surface:
     """Least and greatest torque at the point, where it is not steady."""
     sticking: tuple[float, float] | None = None
     period: float | None = None
+    least_period: float | None = None
+    """Of a stick-slip whose period was not measured, the least that it has [s]: that of the torsional mode."""
     whirling: float | None = None
     acceleration: float | None = None
     off_bottom: float | None = None
@@ -961,7 +963,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         part = variables[name][maps.ways.index(which)]
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
-    sticking = period = whirling = acceleration = at = None
+    sticking = period = shortest = whirling = acceleration = at = None
     below = np.flatnonzero(_line(_met(maps, way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
@@ -974,6 +976,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         if "stick_slip_period" in variables:
             found = float(of("stick_slip_period", widest)[near])
             period = found if np.isfinite(found) else None
+        shortest = torsional_period(maps.results.attrs, here) if period is None else None
     whirling_at = None
     if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
         whirls, column = whirl
@@ -996,7 +999,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    return Surface(torque, swing, sticking, period, whirling, acceleration, above, at, whirling_at)  # type: ignore[arg-type]
+    return Surface(torque, swing, sticking, period, shortest, whirling, acceleration, above, at, whirling_at)  # type: ignore[arg-type]
 
 
 def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
@@ -1249,6 +1252,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("sticking_at", seen.sticking_at, "rotary_speed"),
                     ("whirling_at", seen.whirling_at, "rotary_speed"),
                     ("period", seen.period, "stick_slip_period"),
+                    ("least_period", seen.least_period, "stick_slip_period"),
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
                 )

@@ -1,4 +1,5 @@
-"""What turns a string off bottom, which a gauge that is zeroed there does not show."""
+"""What turns a string off bottom, which a gauge that is zeroed there does not show, and its torsional period,
+by depth."""
 
 from __future__ import annotations
 
@@ -8,15 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.data import OFF_BOTTOM, Attributes, rubs_along
+from nsdrill.data import STRING_BY_DEPTH, Attributes, rubs_along
 
 
 def drag_off_bottom(attrs: Attributes, at: Mapping[str, Any]) -> float | None:
     """The torque off bottom per speed of the string [N m s/rad] at the depth of the values
     ``at``, of a file with these root attributes; None where the string rubs along the
     hole, or the model does not tell it."""
-    known = json.loads(attrs.get(OFF_BOTTOM, "[]"))
-    if not known or rubs_along(attrs):
+    return None if rubs_along(attrs) else _at_depth(attrs, at, "drag")
+
+
+def torsional_period(attrs: Attributes, at: Mapping[str, Any]) -> float | None:
+    """The period [s] of the first torsional mode of the string at the depth of the values ``at``: stick-slip
+    has this one or a longer one. None where the model does not tell it."""
+    return _at_depth(attrs, at, "period")
+
+
+def _at_depth(attrs: Attributes, at: Mapping[str, Any], name: str) -> float | None:
+    known = json.loads(attrs.get(STRING_BY_DEPTH, "[]"))
+    if not known:
         return None
-    depths, drags = ([float(one[name]) for one in known] for name in ("depth", "drag"))
-    return float(np.interp(float(at.get("depth", depths[0])), depths, drags))
+    depths, values = ([float(one[key]) for one in known] for key in ("depth", name))
+    return float(np.interp(float(at.get("depth", depths[0])), depths, values))

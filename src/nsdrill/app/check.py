@@ -395,10 +395,11 @@ def damping_of_torsion(study: Study) -> Damping | None:
     return None if checks is None else unusual_damping(study, _corners(study), checks.coefficients)
 
 
-def torque_off_bottom(study: Study) -> list[dict[str, float]]:
+def string_by_depth(study: Study) -> list[dict[str, float]]:
     """What turns the string off bottom, by the equations of its model: the torque at the
-    surface less that of the rock, per speed of the string (``drag`` [N m s/rad]), at the ends
-    of the ``depth`` [m]; empty where the model does not tell it."""
+    surface less that of the rock, per speed of the string (``drag`` [N m s/rad]); and the ``period`` of its
+    first torsional mode below a held top [s]; at the ends of the ``depth`` [m]; empty where the model does not
+    tell it."""
     drilling_at: Any = getattr(checks_of(study.model), "drilling_at", None)
     if drilling_at is None:
         return []
@@ -407,8 +408,8 @@ def torque_off_bottom(study: Study) -> list[dict[str, float]]:
         drilling = drilling_at(one.parameters, one.point)
         if one.point.depth not in found and drilling.turns and drilling.speed > 0.0:
             drag = (drilling.torque - drilling.rock_torque) / drilling.speed
-            found[float(one.point.depth)] = float(drag)
-    return [{"depth": depth, "drag": drag} for depth, drag in sorted(found.items())]
+            found[float(one.point.depth)] = float(drag), float(drilling.period)
+    return [{"depth": depth, "drag": drag, "period": period} for depth, (drag, period) in sorted(found.items())]
 
 
 class ShortObservation(NamedTuple):

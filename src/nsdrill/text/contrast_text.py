@@ -242,7 +242,7 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
         sides = [best and best["margins"][axis].values() for best in bests]
-        spans = [both and fmt.range(axis, [side["safe_to"] for side in both]) for both in sides]
+        spans = [both and fmt.range_inwards(axis, *(side["safe_to"] for side in both)) for both in sides]
         rows.append((f"safe there, {fmt.name(axis)}", spans))
     if any(best and "probability" in best for best in bests):
         rows.append(("probability", list(map(_probability, bests))))
@@ -290,7 +290,7 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
         for side in ("a", "b"):
             ends = [row["lower"][side], row["upper"][side]]
             nothing = "not known there" if row["lower"][f"why_{side}"] in UNSEEN else "not safe there"
-            spans.append(nothing if ends[0] is None else fmt.range(axis, ends))
+            spans.append(nothing if ends[0] is None else fmt.range_inwards(axis, *ends))
         moves = [_moved(axis, row[end], fmt) for end in ENDS]
         table.append((where, *spans, *moves))
     return table

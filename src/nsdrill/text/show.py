@@ -148,9 +148,9 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
     for text in s[UNCUT].get(units, ()):
         yield f"  NOTHING CUT    {text.removeprefix(DULL).strip()}"
     for text in s[FEW].get(units, ()):
-        yield f"  FEW STATES     {text.removeprefix(FEW_STATES).strip()}"
+        yield f"  COARSE ROCK    {text.removeprefix(FEW_STATES).strip()}"
     if s["peaks_kept"] is not None and (few := few_peaks(s["peaks_kept"])):
-        yield f"  FEW PEAKS      {few.removeprefix(FEW_PEAKS).strip()}"
+        yield f"  SLOW GROWTH    {few.removeprefix(FEW_PEAKS).strip()}"
     if beyond := s["beyond"]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:

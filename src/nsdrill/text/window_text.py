@@ -224,7 +224,7 @@ def _stretches(summary: Answer, fmt: Formatter) -> Iterator[str]:
     for plane in summary["maps"]:
         for row in plane["rows"]:
             at = {**plane["at"], **row["at"]}
-            spans = ", ".join(fmt.range(axis, ends) for ends in row["safe"])
+            spans = ", ".join(fmt.range_inwards(axis, *ends) for ends in row["safe"])
             if spans:
                 told.append(f"{fmt.setting(at, at)}: {spans}" if at else spans)
     yield f"Allowed along the {fmt.name(axis)}{f', by {label_of(third)}' if third else ''}:"

@@ -436,14 +436,27 @@ def _pass(one: Sheet) -> tuple[str, str]:
         found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
         if found is None or found["range"] is None:
             return "none", "off bottom the collar reaches the wall at no speed that is known"
-        wall = one.fmt.range_outwards("rotary_speed", *sorted((found["range"]["from"], found["range"]["to"])))
-        return wall, "with weight on, the collar may reach the wall"
-    wall = orders.wall_range(way)
+        ends = sorted((found["range"]["from"], found["range"]["to"]))
+        return _wall(one, *ends), "with weight on, the collar may reach the wall"
+    wall = _wall(one, *way.wall)
     if one.maps.x == SPEED and way.wall[0] > one.maps.values(SPEED)[-1]:
         return "none", f"off bottom the collar reaches the wall at no speed of the map, but at {wall}"
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
+
+
+TOLD_WHOLE = (
+    1.5  # the greatest over the least speed of a range that is passed; of a wider one the least alone is of use
+)
+
+
+def _wall(one: Sheet, low: float, high: float) -> str:
+    """Speeds at which the collar reaches the wall; of so many that they say nothing, from which on."""
+    if high <= TOLD_WHOLE * low:
+        return one.fmt.range_outwards(SPEED, low, high)
+    least, _ = one.fmt.outwards(SPEED, low, low)
+    return f"from {one.fmt.value(SPEED, least)} up"
 
 
 # The limits by weight.

@@ -164,11 +164,12 @@ def _borders(window: Answer, units: str) -> str:
     rows = []
     for axis in in_order(window["axes"]):
         sides = best["margins"][axis]
+        ends = sides["less"]["safe_to"], sides["more"]["safe_to"]
         rows.append(
             (
                 fmt.name(axis).capitalize(),
-                fmt.value(axis, best[axis]),
-                fmt.range(axis, [sides[side]["safe_to"] for side in ("less", "more")]),
+                fmt.value(axis, fmt.settable(axis, best[axis], *ends)),
+                fmt.range_inwards(axis, *ends),
                 *(limit(axis, sides[side], fmt) for side in ("less", "more")),
             )
         )

@@ -311,7 +311,7 @@ def _of_cutting(summary: Answer, units: str) -> Iterator[str]:
     if found := summary["beyond"]:
         yield f"BEYOND THE MODEL: {beyond_words(found, summary['runs'])}."
     yield from (f"NOTHING IS CUT: {text.removeprefix(DULL).strip()}" for text in summary[UNCUT].get(units, ()))
-    yield from (f"FEW STATES: {text.removeprefix(FEW_STATES).strip()}" for text in summary[FEW].get(units, ()))
+    yield from (f"COARSE ROCK SURFACE: {text.removeprefix(FEW_STATES).strip()}" for text in summary[FEW].get(units, ()))
 
 
 def _of_mud(summary: Answer, fmt: Formatter) -> Iterator[str]:
@@ -329,8 +329,8 @@ def _of_tolerance(summary: Answer) -> Iterator[str]:
     rtol = summary["rtol"]
     if isinstance(rtol, int | float) and rtol > LOOSE:
         yield (
-            f"LOOSE TOLERANCE: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide responses. "
-            f"Run again with {Simulation.rtol:g}, the default."
+            f"COMPUTED TOO ROUGHLY: simulation.rtol is {rtol:g}, and above {LOOSE:g} errors of the steps decide "
+            f"responses. Run again with {Simulation.rtol:g}, the default."
         )
 
 
@@ -338,7 +338,7 @@ def _of_peaks(summary: Answer) -> Iterator[str]:
     """That slow growth is not seen."""
     kept = summary["peaks_kept"]
     if kept is not None and (text := few_peaks(kept)):
-        yield f"FEW PEAKS: {text.removeprefix(FEW_PEAKS).strip()}"
+        yield f"SLOW GROWTH MAY BE MISSED: {text.removeprefix(FEW_PEAKS).strip()}"
 
 
 def _of_frozen(summary: Answer) -> Iterator[str]:
@@ -437,10 +437,11 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
         )
     if others := summary["undecided_runs"]:
         over = summary["overspeed"].get("runs", 0)
-        causes = [*(["the drive overspeeds"] if over else []), *(["a check of it failed"] if others > over else [])]
-        yield (
-            f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as {' or '.join(causes)}."
-        )
+        causes = [
+            *(["the drive overspeeds"] if over else []),
+            *(["a check of the answer failed"] if others > over else []),
+        ]
+        yield f"NOT KNOWN in {count(others, 'run')} that ended well, as {' or '.join(causes)}."
 
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
@@ -515,7 +516,9 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
     if lasts is None or lasts["now"] == lasts["usual"]:
         return
     now, then = (
-        "every speed" if math.isinf(lasts[end]) else f"{fmt.value('rotary_speed', lasts[end])}"
+        "every speed"
+        if math.isinf(lasts[end])
+        else fmt.value("rotary_speed", fmt.outwards("rotary_speed", 0.0, lasts[end])[1])
         for end in ("now", "usual")
     )
     whose = "THE DEFAULT DAMPING" if found["is_default"] else "THE DAMPING"

@@ -11,7 +11,7 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial
 from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE
-from nsdrill.words.wording import Words
+from nsdrill.words.wording import Words, period_words
 
 MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
@@ -109,7 +109,7 @@ class Orders(Words):
             text = f"{watch} it swings {fmt.range(TORQUE, list(seen.swing))} there."
         if seen.sticking is not None:
             swings = fmt.range(TORQUE, list(seen.sticking))
-            period = f" every {seen.period:.2g} s" if seen.period is not None else ""
+            period = period_words(seen)
             cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text

@@ -37,7 +37,8 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             return
         lasts, to = first["lasts_to"], "at every speed"
         if not lasts["everywhere"]:
-            to = f"to {fmt.value('rotary_speed', lasts['rotary_speed'])}"
+            speed = lasts["rotary_speed"]
+            to = f"to {fmt.value('rotary_speed', fmt.outwards('rotary_speed', speed, speed)[1])}"
         if axis != "rotary_speed" and first["from"] != first["to"]:  # it differs from point to point
             to += f" at {fmt.value(axis, first['to'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""

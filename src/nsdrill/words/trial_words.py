@@ -85,7 +85,7 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         return ""
     where = f" at {fmt.value('wob', found.wob)}" if found.wob is not None and change.name != "weight" else ""
     where += ", untried elsewhere" if where and change.key else ""
-    free = f"{fmt.range(along, list(fmt.inwards(along, *change.widest)))}{where}"
+    free = f"{fmt.range_inwards(along, *change.widest)}{where}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
     is_sure = bool(change.trials) and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
@@ -164,7 +164,7 @@ def corner_words(one: Trial, fmt: Formatter) -> str:
 def _freed(change: Change, along: str, fmt: Formatter) -> str:
     if change.room is None:
         return f"not known: {change.why}"
-    text = ", ".join(fmt.range(along, list(ends)) for ends in change.free)
+    text = ", ".join(fmt.range_inwards(along, *ends) for ends in change.free)
     of = quantity(along).words
     told = f"; {change.why}" if change.why else ""
     return (

@@ -44,9 +44,10 @@ def in_order(axes: Iterable[str | None]) -> list[str]:
 
 
 # What a driller can set, in the unit that he reads [SI].
-_STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 4448.2216152605}
+_STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 0.5 * 4448.2216152605}
 TORQUE = "surface_torque_mean"
-_DECIMALS = 2  # of a torque in kN m or kft-lbf: a gauge on a rig has no more
+_DECIMALS = {"rpm": 1, "klbf": 1, "kN m": 2, "kft-lbf": 2}  # a gauge on a rig has no more
+_DIGITS = {TORQUE: 3, "rate_of_penetration": 3, "mechanical_specific_energy": 3}
 _SLACK = 1e-6  # of a step: the last bits of a value
 
 
@@ -75,7 +76,13 @@ class Formatter:
 
     def number(self, axis: str, value: float) -> str:
         shown = shown_quantity(axis, self.system)
-        return f"{round(value / shown.scale, _DECIMALS) + 0.0:g}" if axis == TORQUE else shown.number(value)
+        number, decimals = value / shown.scale, _DECIMALS.get(shown.unit, math.inf)
+        if axis in _DIGITS and number != 0.0 and math.isfinite(number):
+            digits = _DIGITS[axis] - 1 - math.floor(math.log10(abs(number)))
+            decimals = max(min(decimals, digits), 0)
+        if not math.isfinite(decimals) or not math.isfinite(number):
+            return shown.number(value)
+        return f"{round(number, int(decimals)) + 0.0:.6g}"
 
     def value(self, axis: str, value: float | str) -> str:
         if isinstance(value, str):  # a word
@@ -96,13 +103,17 @@ class Formatter:
         return f"above {self.range(axis, [speeds[0], speeds[-1]])}" if speeds[-1] > 0.0 else "at any speed"
 
     def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
-        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and 1
+        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and half a
         klbf where these are the units. As they are where no such value lies within."""
         step = _STEPS.get((axis, self.unit(axis)))
         if step is None:
             return low, high
         least, most = math.ceil(low / step - _SLACK), math.floor(high / step + _SLACK)
         return (least * step, most * step) if least <= most else (low, high)
+
+    def range_inwards(self, axis: str, low: float, high: float) -> str:
+        """As :meth:`range`, of a range that is allowed."""
+        return self.range(axis, list(self.inwards(axis, low, high)))
 
     def outwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
         """The ends of a range to keep out of, rounded outwards as :meth:`inwards`."""

@@ -5,11 +5,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from math import inf, isfinite, pi
+from math import floor, inf, isfinite, log10, pi
 
 import numpy as np
 
-from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First, Kind, Recover, Recovery, WayIn
+from nsdrill.analysis.advice import (
+    BORDERLINE,
+    STICKS_ON,
+    Advice,
+    Border,
+    First,
+    Kind,
+    Recover,
+    Recovery,
+    Surface,
+    WayIn,
+)
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
@@ -44,6 +55,17 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     """``a, b and c``."""
     *head, tail = words or ("",)
     return f"{', '.join(head)} {last} {tail}" if head else tail
+
+
+def period_words(seen: Surface) -> str:
+    """How often the torque of stick-slip swings: `` every 4.2 s``, or where no run measured it, as a bit that
+    sticks for long swings too rarely, `` every 3.9 s or more``; "" where the model does not tell that either."""
+    if seen.period is not None:
+        return f" every {seen.period:.2g} s"
+    if seen.least_period is None:
+        return ""
+    digits = 1 - floor(log10(seen.least_period))
+    return f" every {floor(seen.least_period * 10.0**digits + 1e-9) / 10.0**digits:g} s or more"
 
 
 class Words:
@@ -166,7 +188,7 @@ class Words:
     def ends(self, axis: str) -> str:
         """What to stay within along an axis: ``85 to 115 rpm``."""
         one = self.advice.stay_within[axis]
-        return self.fmt.range(axis, list(self.fmt.inwards(axis, one.low, one.high)))
+        return self.fmt.range_inwards(axis, one.low, one.high)
 
     def last(self, axis: str, value: float) -> str:
         """The last value that is allowed, as it can be set."""
@@ -356,7 +378,7 @@ class Words:
     def _to(self, speed: float | None) -> str:
         if speed is None or not isfinite(speed):
             return "may last at every speed"
-        to = self.fmt.value("rotary_speed", speed)
+        to = self.fmt.value("rotary_speed", self.fmt.outwards("rotary_speed", speed, speed)[1])
         return f"may last to {to}" if self.advice.modelled else f"lasts at least to {to} in this sweep"
 
     def _motion(self, responses: Iterable[str]) -> str:
@@ -840,7 +862,8 @@ class Words:
         found = self.advice.recover
         if found is None or found.lasts_above is None:
             return ""
-        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [found.lasts_above])}"
+        low, _ = self.fmt.outwards("rotary_speed", found.lasts_above, found.lasts_above)
+        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [low])}"
 
     def may_stay_on_wall(self) -> bool:
         """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no
@@ -886,8 +909,7 @@ class Words:
         text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
         if seen.sticking is not None:
             text += f"; stick-slip{self.met_at(seen.sticking_at)} swings {fmt.range(TORQUE, list(seen.sticking))}"
-            if seen.period is not None:
-                text += f" every {seen.period:.2g} s"
+            text += period_words(seen) or "; how often was not measured"
         if seen.whirling is not None:
             text += f"; whirl{self.met_at(seen.whirling_at)} shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:

@@ -18,9 +18,9 @@ from nsdrill.app.check import (
     nothing_cut,
     pulses,
     short_observation,
+    string_by_depth,
     study_of_part,
     tells_what_lasts,
-    torque_off_bottom,
 )
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import (
@@ -28,11 +28,11 @@ from nsdrill.data import (
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
-    OFF_BOTTOM,
     PULSES,
     SHORT,
     SHORT_TO,
     STICKS_TO,
+    STRING_BY_DEPTH,
     UNCUT,
     UNREAD,
     WITHIN,
@@ -57,7 +57,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
-    drags: list[dict[str, float]] = []
+    of_string: list[dict[str, float]] = []
     pulse = unread = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
@@ -73,7 +73,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
-            drags = torque_off_bottom(study_of_part(study, results))
+            of_string = string_by_depth(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     with suppress(NsdrillError):
@@ -83,7 +83,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         LASTING_UNTOLD: int(untold),
         UNREAD: unread,
         DAMPING: json_text(damping),
-        OFF_BOTTOM: json_text(drags),
+        STRING_BY_DEPTH: json_text(of_string),
         STICKS_TO: json_text(lasts),
         PULSES: pulse,
         SHORT: json_text(short.told),
