@@ -12,6 +12,7 @@ import builtins
 import ctypes
 import datetime
 import importlib
+import random
 import sys
 import threading
 import time
@@ -42,6 +43,7 @@ AFRESH: frozenset[object] = frozenset(
         datetime.datetime.today,
         datetime.datetime.utcnow,
         *(getattr(time, name) for name in ("time", "time_ns", "monotonic", "perf_counter", "localtime", "gmtime")),
+        *(one for module in (random, np.random) for name in module.__all__ if callable(one := getattr(module, name))),
     }
 )
 
@@ -236,7 +238,7 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
 
 
 def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
-    """(line, source) of the first call of the time of day or of a file in the body of a
+    """(line, source) of the first call of the time of day, a file or random numbers in the body of a
     ``function`` with this ``tree``, None where there is none."""
     body = getattr(tree, "body", [])
     inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]

@@ -214,8 +214,9 @@ def check_text(function: Function) -> None:
             ) from error
         if (read := read_afresh(each, tree)) is not None:
             words = (
-                "found what is read anew in every run, the time of day or a file; allowed: what follows from the "
-                "arguments and from constants. A value that is read once stands above the function, as a name"
+                "found what is read anew in every run, the time of day, a file or a random number; allowed: what "
+                "follows from the arguments and from constants, as equations are read once for all steps. A value that "
+                "is read once stands above the function, as a name"
             )
             raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
 
