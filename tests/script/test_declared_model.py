@@ -167,7 +167,7 @@ REFUSED = {
     "hertz": ("def m(x=1.0):\n    return (-max(x, 0.0)**1.5,)", r"found the power 1.5; .*x\*\*1.5 is x \* sqrt"),
     "prints": ("def m(x=1.0):\n    print('here')\n    return (-x,)", "found output, 'here'"),
     "exits": ("def m(x=1.0):\n    raise SystemExit(3)", "SystemExit: 3 while the equations are read"),
-    "random": ("def m(x=1.0):\n    return (-x * np.random.default_rng().random(),)", "read again"),
+    "random": ("def m(x=1.0):\n    return (-x * np.random.default_rng().random(),)", "read anew in every run"),
     "no_function": ("m = 3.0", ""),
     "built_in": ("def torsion(x=1.0):\n    return (-x,)", "a model of nsdrill or of a package has"),
 }  # fmt: skip

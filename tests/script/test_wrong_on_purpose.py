@@ -255,3 +255,99 @@ def test_an_order_with_a_number_is_refused_with_the_remedy(script):
 def test_a_first_row_of_a_pair_is_refused_with_where_rows_begin():
     with pytest.raises(InputError, match=r"for stages 2, 3, \.\.\., as a begins at stage 2"):
         nsdrill.pair("rows", a=[[], [0.5]], b=[0, 1], embedded=[1, 0], order=2)
+
+
+GIVEN = {
+    "complex": ({"k": 1j}, r"parameters\.k: found 1j; allowed: a number"),
+    "set": ({"k": {1.0, 2.0}}, r"parameters\.k: found \{1\.0, 2\.0\}; allowed: a number"),
+    "generator": ({"k": (one for one in (1.0, 2.0))}, r"parameters\.k: found <generator .*; allowed: a number"),
+    "slice_number": ({"slice": {"x": 0.5, "v": (0, 1, 3)}}, r"slice: found x=0\.5; allowed: two states, each with its"),
+    "slice_text": ({"slice": "x"}, "slice: found 'x'; allowed: two states"),
+    "slice_names": ({"slice": ["x", "v"]}, r"slice: found \['x', 'v'\]; allowed: two states"),
+    "continued": ({"continued": "k"}, "continued: found 'k'; allowed: one number with its range"),
+    "continued_axis": ({"continued": {"k": (0.1, 1.0, 20)}}, "continued: found k; allowed: one number with its range"),
+    "uncertain": ({"uncertain": "k"}, r"uncertain: found 'k'; allowed: numbers by name, each with \(low, high\)"),
+    "correlated": ({"uncertain": {"k": (1.0, 2.0), "correlations": 0.5}}, r"correlations=0\.5; allowed: two names and"),
+    "table": ({"uncertain": {"table": [1, 2]}}, r"table: found \[1, 2\]; allowed: a list of values of each name"),
+    "along": ({"k": (0.1, 1.0, 3), "procedure": "up", "along": 3}, "found 3, which is none of its names"),
+}
+
+
+@pytest.mark.parametrize("what", GIVEN)
+def test_arguments_of_a_study_of_another_kind_are_refused_in_words(script, what):
+    """None ends in a TypeError of Python or of JSON."""
+    given, words = GIVEN[what]
+    with pytest.raises(InputError, match=words):
+        script(MODEL, f"given_{what}").m.study(**given)
+
+
+def test_arrays_of_numpy_are_numbers_and_lists(script):
+    made = script(MODEL, "given_arrays").m
+    assert made.study(k=np.array(0.3)).parameters.parameters.k == 0.3
+    assert made.study(continued={"k": (0.1, 1.0), "seeds": np.array([0.2, 0.3])}).continuation.seeds == {
+        "parameters.k": [0.2, 0.3]
+    }
+
+
+DRAWN = (
+    "np.random.default_rng(1).normal()",
+    "np.random.normal()",
+    "random.random()",
+    "random.Random(3).gauss(0.0, 1.0)",
+)
+
+
+@pytest.mark.parametrize("draw", DRAWN)
+def test_random_numbers_in_equations_are_refused_however_they_are_seeded(script, draw):
+    """With a seed two readings are alike, and what is meant as noise was one constant."""
+    text = f"import random\n\n\n@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -x + 0.1 * {draw}\n"
+    with pytest.raises(InputError, match=r"found what is read anew in every run.* a random number.*above the function"):
+        script(text, "drawn")
+
+
+def test_a_random_number_that_is_drawn_once_is_a_constant(script):
+    text = "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -x * ROUGH\n"
+    assert script(f"ROUGH = np.random.default_rng(1).normal()\n\n\n{text}", "drawn_once").m.study()
+
+
+RUB = "nsdrill.friction('pad', slip={}, normal=1.0, static=0.3, smoothing=100.0)"
+DRIVING = {
+    "turned": ("0.2 - v", "v, -x - f", "'pad', whose load makes its slip grow; allowed: one that brakes"),
+    "added": ("v", "v, -x + f", "'pad', whose load makes its slip grow"),
+    "loose": ("v", "v, -x", "'pad', whose load no slope reads"),
+}
+
+
+@pytest.mark.parametrize("fault", DRIVING)
+def test_friction_that_drives_or_does_nothing_is_refused(script, fault):
+    """A block that its belt threw, or that no belt touched, was run without a word."""
+    slip, slopes, words = DRIVING[fault]
+    text = "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    f = {}\n    return {}\n"
+    with pytest.raises(InputError, match=rf"driving_{fault}.py, line 6: m: found the friction {words}"):
+        script(text.format(RUB.format(slip), slopes), f"driving_{fault}")
+
+
+@pytest.mark.parametrize(
+    "slopes", ["v, -x - f, 0.0", "v, -x - 2.0 * f, f", "v, -x - f + 0.5 * f, f", "v, -0.1 * f, 0.1 * v - f"]
+)
+def test_friction_that_brakes_its_slip_is_taken(script, slopes):
+    """Also between two bodies, of which it drives one."""
+    text = "@nsdrill.model\ndef m(x=0.1, v=0.0, w=0.0):\n    f = {}\n    return {}\n"
+    slip = "w" if slopes.startswith("v, -0.1") else "v - 0.2 - w"
+    assert script(text.format(RUB.format(slip), slopes), "braking").m.study()
+
+
+def test_friction_the_other_way_round_is_added(script):
+    text = f"@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -x + {RUB.format('0.2 - v')}\n"
+    assert script(text, "added").m.study()
+
+
+def test_each_contact_brakes_at_its_own_rest(script):
+    """At a slip of 0.2 m/s a smoothing of 100 s/m is past its steepest: two contacts of one block
+    rest at different speeds, each as fast as where it is alone."""
+    made = script(RUBBED, "rubbed_at").rubbed
+    numbers = {name: float(value) for name, value in made.reading.signature.parameters.items()}
+    rates = made.reading.consequences.braking(lambda states: made.reading.given(states, numbers))
+    # (2/pi) smoothing, times load and coefficient at rest
+    assert rates["pad"] == pytest.approx(2.0 * 0.3 * 200.0 / np.pi, rel=0.01)
+    assert rates["end"] == pytest.approx(1.0 * 0.4 * 200.0 / np.pi, rel=0.01)

@@ -3,8 +3,8 @@ and how fast it brakes, how they change with the states, where they jump."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, lru_cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -84,15 +84,29 @@ class Consequences:
         """How fast each contact with friction brakes a slip at rest [1/s], by its name: the
         fastest of what a velocity in the slip loses by its load. All other states are
         zero."""
-        at_rest: dict[str, Any] = dict.fromkeys(self.states, 0.0)
-        for contact in self.graph.frictions:
-            at_rest |= self._without_slip(contact.slips, given)
-        values = plain.values({"\n".join(key): node for key, node in self._braked.items()}, given(at_rest))
         rates: dict[str, Any] = {}
-        for key, value in values.items():
-            name = key.partition("\n")[0]
-            rates[name] = np.maximum(rates.get(name, 0.0), np.abs(np.asarray(value, float)))
+        for name, changes in self._at_rest(given):
+            rates[name] = reduce(np.maximum, map(np.abs, changes), rates.get(name, np.asarray(0.0)))
         return rates
+
+    def driven(self, given: Given) -> tuple[str, ...]:
+        """The contacts whose friction makes a slip at rest grow, as where its load has the
+        wrong sign. All other states are zero."""
+        return tuple(name for name, changes in self._at_rest(given) if sum(changes) > 0.0)
+
+    def _at_rest(self, given: Given) -> Iterator[tuple[str, list[Array]]]:
+        """Each contact, and what the velocities in slips gain by its load [1/s], where its own
+        slip is at rest."""
+        for contact in self.graph.frictions:
+            states = {**dict.fromkeys(self.states, 0.0), **self._without_slip(contact.slips, given)}
+            nodes = {name: node for (of, name), node in self._braked.items() if of == contact.name}
+            yield contact.name, [np.asarray(one, float) for one in plain.values(nodes, given(states)).values()]
+
+    @cached_property
+    def unread_loads(self) -> tuple[str, ...]:
+        """The contacts with friction whose load no slope reads."""
+        read = set(self.graph.live(self.slopes.values()))
+        return tuple(one.name for one in self.graph.frictions if read.isdisjoint(one.loads))
 
     def _without_slip(self, slips: Sequence[Any], given: Given) -> dict[str, Any]:
         """Values of one velocity of each slip at which that is zero, if it is linear in

@@ -13,6 +13,7 @@ import ctypes
 import datetime
 import importlib
 import os
+import random
 import sys
 import threading
 import time
@@ -43,6 +44,7 @@ AFRESH: frozenset[object] = frozenset(
         datetime.datetime.today,
         datetime.datetime.utcnow,
         *(getattr(time, name) for name in ("time", "time_ns", "monotonic", "perf_counter", "localtime", "gmtime")),
+        *(one for module in (random, np.random) for name in module.__all__ if callable(one := getattr(module, name))),
     }
 )
 # The modules of Python whose functions and classes are all about files, processes and the machine.
@@ -280,7 +282,7 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
 
 
 def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
-    """(line, source) of the first call of the time of day, a file or the machine in the body of a
+    """(line, source) of the first call of the time of day, a file, the machine or random numbers in the body of a
     ``function`` with this ``tree``, None where there is none."""
     body = getattr(tree, "body", [])
     inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]

@@ -214,7 +214,7 @@ def check_text(function: Function) -> None:
                 _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
             ) from error
         if (read := read_afresh(each, tree)) is not None:
-            words = READ_ANEW.format("the time of day, a file or the machine")
+            words = READ_ANEW.format("the time of day, a file, the machine or random numbers")
             raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
 
 

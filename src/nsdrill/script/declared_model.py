@@ -190,8 +190,7 @@ class Declared(Studied):
         elif procedure != "same" or along or refine:
             raise InputError(f"{self.__name__}.study: found no axis; allowed: one, as name=(from, to, points).")
         if slice is not None:
-            axes = {name: _axis(names, name, names.leaf(name), tuple(axis)) for name, axis in slice.items()}
-            _put(tree, "initial.slice", axes)
+            _put(tree, "initial.slice", _slice(names, slice))
         if continued is not None:
             tree["continue"] = _continued(names, continued)
         if uncertain is not None:
@@ -220,7 +219,7 @@ class _Names:
         """The key of this short name, or dotted, as ``classify.settled.tolerance``."""
         if name in self.leaves:
             return self.leaves[name]
-        if name not in self.keys:
+        if not isinstance(name, str) or name not in self.keys:
             self.refuse(name, self.keys)
         key, *others = self.keys[name]
         if others:
@@ -232,7 +231,7 @@ class _Names:
 
     def refuse(self, name: str, known: Iterable[str]) -> NoReturn:
         own = ", ".join((*self.reading.signature.parameters, *self.reading.states))
-        hint = did_you_mean(name, known)
+        hint = did_you_mean(str(name), known)
         raise InputError(
             f"{self.model}.study: found {name}, which is none of its names; allowed: {own}, and keys of simulation, "
             f"record and classify.{f' {hint}' if hint else ''}"
@@ -240,7 +239,7 @@ class _Names:
 
 
 def _is_axis(value: object) -> bool:
-    return isinstance(value, (tuple, list, range, np.ndarray))
+    return isinstance(value, (tuple, list, range)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _axis(names: _Names, name: str, leaf: Leaf, value: Any) -> Any:
@@ -256,8 +255,34 @@ def _axis(names: _Names, name: str, leaf: Leaf, value: Any) -> Any:
     return {"from": _text(leaf, first), "to": _text(leaf, last), "points": points}
 
 
+def _slice(names: _Names, given: Any) -> dict[str, Any]:
+    """The section ``initial.slice`` of a study."""
+    form = "two states, each with its axis (from, to, points), as {'x': (-1.0, 1.0, 20), 'v': (0.0, 1.0, 10)}"
+    axes = _mapping(names, "slice", given, form)
+    for name, axis in axes.items():
+        if not _is_axis(axis):
+            raise InputError(f"{names.model}.study: slice: found {name}={axis!r:.60}; allowed: {form}.")
+    return {name: _axis(names, name, names.leaf(name), tuple(axis)) for name, axis in axes.items()}
+
+
+def _mapping(names: _Names, what: str, given: Any, form: str) -> Mapping[str, Any]:
+    """What is given as ``what``; InputError where it is none by name."""
+    if not isinstance(given, Mapping):
+        raise InputError(f"{names.model}.study: {what}: found {given!r:.60}; allowed: {form}.")
+    return given
+
+
+def _is_plain(value: object) -> bool:
+    """Whether a study may hold a value, so that it can say what is allowed in its place."""
+    return value is None or isinstance(value, (Real, str, Sequence, Mapping, np.ndarray, np.bool_))
+
+
 def _text(leaf: Leaf, value: Any) -> Any:
     """A value as a study has it: a number of a quantity in SI."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if not _is_plain(value):
+        raise InputError(f"{leaf.key}: found {value!r:.60}; allowed: {leaf.allowed()}.")
     is_number = isinstance(value, Real) and not isinstance(value, bool)
     if is_number and not math.isfinite(value):
         raise InputError(f"{leaf.key}: found {value}; allowed: {leaf.allowed()}.")
@@ -275,27 +300,33 @@ def _put(tree: dict[str, Any], key: str, value: Any) -> None:
 
 def _continued(names: _Names, given: Mapping[str, Any]) -> dict[str, Any]:
     """The section ``continue`` of a study."""
+    form = "one number with its range, as {'force': (0.1, 0.5)}, and keys of the section continue"
+    given = _mapping(names, "continued", given, form)
     along = [name for name in given if name in names.keys or name in names.leaves]
     along = [name for name in along if isinstance(given[name], (tuple, list)) and len(given[name]) == 2]
     if len(along) != 1:
         raise InputError(
-            f"{names.model}.study: continued: found {', '.join(given) or 'nothing'}; allowed: one number with its "
-            "range, as {'force': (0.1, 0.5)}, and keys of the section continue."
+            f"{names.model}.study: continued: found {', '.join(map(str, given)) or 'nothing'}; allowed: {form}."
         )
     leaf, (first, last) = names.leaf(along[0]), given[along[0]]
     rest = {name: value for name, value in given.items() if name != along[0]}
-    if isinstance(seeds := rest.get("seeds"), Sequence) and not isinstance(seeds, str):
-        rest["seeds"] = {leaf.key: [_text(leaf, one) for one in seeds]}
+    if isinstance(seeds := rest.get("seeds"), (Sequence, np.ndarray)) and not isinstance(seeds, str):
+        rest["seeds"] = {leaf.key: _each(leaf, seeds)}
     return {"along": leaf.key, "from": _text(leaf, first), "to": _text(leaf, last), **rest}
 
 
 def _uncertain(names: _Names, given: Mapping[str, Any]) -> dict[str, Any]:
     """The section ``uncertain`` of a study."""
     found: dict[str, Any] = {}
-    for name, value in given.items():
+    form = "numbers by name, each with (low, high), a list of values or a distribution, and keys of the section"
+    for name, value in _mapping(names, "uncertain", given, form).items():
         if name == "correlations":
+            if not isinstance(value, Sequence) or not all(isinstance(one, Sequence) and len(one) > 1 for one in value):
+                allowed = "two names and their rank correlation each, as [('k', 'c', 0.5)]"
+                raise InputError(f"{names.model}.study: uncertain: found {name}={value!r:.60}; allowed: {allowed}.")
             found[name] = [[*(names.leaf(one).key for one in pair), rank] for *pair, rank in value]
         elif name == "table":
+            value = _mapping(names, "uncertain: table", value, "a list of values of each name, as {'k': [1.0, 2.0]}")
             found[name] = {(leaf := names.leaf(one)).key: _each(leaf, column) for one, column in value.items()}
         elif name in HOW:
             found[name] = value
@@ -354,6 +385,14 @@ def _check(reading: Reading, model: FunctionModel) -> None:
     given = [name for name in (*signature.start, *signature.parameters) if name in features | peaks]
     if given:
         signature.refuse(f"the name {given[0]}, which a feature of a state has", "another name")
+    loose, numbers = reading.consequences.unread_loads, {k: float(v) for k, v in signature.parameters.items()}
+    if loose:
+        signature.refuse(f"the friction {loose[0]!r}, whose load no slope reads", "its load in the slope of a velocity")
+    if driving := reading.consequences.driven(lambda states: reading.given(states, numbers)):
+        signature.refuse(
+            f"the friction {driving[0]!r}, whose load makes its slip grow",
+            "one that brakes: with slip=v - belt it is subtracted from the slope of v, with slip=belt - v added",
+        )
     contacts = [*reading.gaps, *(one.name for one in reading.graph.frictions)]
     if twice := [name for k, name in enumerate(contacts) if name in contacts[:k]]:
         signature.refuse(f"two contacts with the name {twice[0]}", "one of each name")

@@ -258,9 +258,10 @@ def replayed_text(attrs: Attributes, start: int | None, requested: Mapping[str, 
 
 def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
     """The Lyapunov spectrum of a point in words."""
-    where = [point_text(found["at"], units), found["procedure"]]
+    at = f" at {point_text(found['at'], units)}" if found["at"] else ""
+    where = [found["procedure"]]
     where += [f"{name} {found[name]}" for name in ("start", SAMPLE) if found[name] is not None]
-    yield f"Lyapunov exponents at {', '.join(where)}, over {found['seconds']:g} s from the end of its run:"
+    yield f"Lyapunov exponents{at}, {', '.join(where)}, over {found['seconds']:g} s from the end of its run:"
     for value, error, sign in zip(found["exponents"], found["errors"], found["signs"], strict=True):
         yield f"  {value:10.4g} +- {error:.1g} 1/s  {sign}"
     dimension = from_to(f"{end:.3g}" for end in found["dimension"])

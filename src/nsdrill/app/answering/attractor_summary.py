@@ -39,9 +39,13 @@ def attractors(source: Source) -> list[Answer]:
     results = sweep_in(source, "attractors", NEEDED, None)
     with_variables(results, name, NEEDED)
     if "start" not in results.coords:
+        model, remedy = model_in(results.attrs), f"initial.ensemble, as by {option('set', 'initial.ensemble=64')}"
+        if not model.drills:  # a script does not say from which states an ensemble starts
+            axes = ", ".join(f"{state!r}: (from, to, points)" for state in model.all_states[:2])
+            remedy = f"initial.slice, as slice={{{axes}}} of the model's study"
         raise FileError(
-            f"{name}: every operating point has one start, so there are no attractors to compare. Run "
-            f"a study with initial.ensemble, as by {option('set', 'initial.ensemble=64')}."
+            f"{name}: every operating point has one start, so there are no attractors to compare. Run a study with "
+            f"{remedy}."
         )
     starts = len(results.coords["start"])
     features = model_in(results.attrs).distinguishing
