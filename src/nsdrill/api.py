@@ -21,6 +21,7 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
+    from nsdrill.analysis import counts
     from nsdrill.app.check import unread_numbers
     from nsdrill.app.running import run as running
     from nsdrill.models.registry import model_in
@@ -41,8 +42,8 @@ if TYPE_CHECKING:
 
 
 def _of_run(found: RunResult | Results) -> Dataset:
-    """The results of a run; RunWarning where points failed, and of numbers that nothing
-    reads."""
+    """The results of a run; RunWarning where points failed, of numbers that nothing reads, and
+    of what makes numbers of a script wrong."""
     data = store.open_results(found.path) if isinstance(found, running.RunResult) else store.to_dataset(found)
     if failed := int(variables.has_failed(data["status"].values).sum()):
         of = count(data["status"].size, "point")
@@ -50,7 +51,21 @@ def _of_run(found: RunResult | Results) -> Dataset:
         warnings.warn(text, RunWarning, stacklevel=3)
     if unread := unread_numbers(model_in(data.attrs)):
         warnings.warn(unread, RunWarning, stacklevel=3)
+    for told in _wrong_of_scripts(found, data):
+        warnings.warn(told, RunWarning, stacklevel=3)
     return data
+
+
+def _wrong_of_scripts(found: RunResult | Results, data: Dataset) -> list[str]:
+    """What makes numbers of a script wrong, in sentences."""
+    if isinstance(found, running.RunResult):
+        faster, smaller = found.outrun, found.too_small
+    else:
+        faster, smaller = counts.outrun(found), counts.too_small(found)
+    told = [f"Too fast for the steps: {counts.outrun_words(faster)}."] if faster else []
+    told += [f"Too small for the tolerance: {counts.too_small_words(smaller)}."] if smaller else []
+    guessed = counts.guessed_scales(data.attrs)
+    return told + ([f"A guess: {counts.guessed_words(guessed)}."] if guessed else [])
 
 
 def _of_continuation(found: ContinuationResult) -> Dataset:

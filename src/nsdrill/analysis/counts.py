@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
+from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.variables import INFERRED, OK, OUTRUN, PENDING, UNMEASURED, Variable, dimension_of, flag, has_failed
@@ -85,7 +85,9 @@ def turned_back_words(found: Answer) -> str:
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
     attributes."""
-    return (*_extremes(_natural_scales(attrs)), *(one.name for one in _outruns(attrs)))
+    scales = _natural_scales(attrs)
+    starts = (STARTS,) if scales and not model_in(attrs).section else ()
+    return (*_extremes(scales), *starts, *(one.name for one in _outruns(attrs)))
 
 
 def _natural_scales(attrs: Attributes) -> dict[str, float]:
@@ -128,35 +130,72 @@ def outrun_words(found: Answer) -> str:
     )
 
 
-TOLERANCES = 100.0  # of a step: a swing of less is known to some per cent at most
+# of a step: errors alone make swings of up to 550 of these where damping is 0.001 of critical, and of 0.01 below
+# what is forced by more there; what swings by more is known to a per mille or so
+TOLERANCES = 2000.0
 AT_REST = 1e-4  # likewise: what swings by less rests
+STARTS = "initial_state"  # the variable of the states from which runs start
 
 
 def too_small(results: Results) -> Answer:
-    """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
-    script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
-    does. What is not forced may rest."""
+    """In how many (``runs``) of the runs that ended well (``of``) no state of a model of a script
+    moves by :data:`TOLERANCES` of a step, and the ``most`` that one moves by in the run where
+    it is least; empty where there is none. What is forced is to swing by as much; what is not
+    may come to rest from further away."""
     scales = _natural_scales(results.attrs)
-    is_complete = all(name in results.variables for name in _extremes(scales))
-    if not scales or not model_in(results.attrs).section or not is_complete:
+    if not scales or not all(name in results.variables for name in of_scripts(results.attrs)):
         return {}
-    rtol, ended = float(resolved_study(results.attrs)["simulation"]["rtol"]), np.asarray(results["status"]) == OK
-    small, rests = ended.copy(), ended.copy()
+    is_forced, study = model_in(results.attrs).section, resolved_study(results.attrs)
+    rtol, ended = float(study["simulation"]["rtol"]), np.asarray(results["status"]) == OK
+    most = np.zeros(ended.shape)
     for name, scale in scales.items():
         high, low = np.asarray(results[f"{name}_max"]), np.asarray(results[f"{name}_min"])
-        swing = (high - low) / (rtol * (scale + np.maximum(np.abs(high), np.abs(low))))
-        small &= swing < TOLERANCES
-        rests &= swing < AT_REST
-    small &= ~rests  # what is not forced here
-    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol} if small.any() else {}
+        away = np.maximum(np.abs(high), np.abs(low))
+        if is_forced:
+            moved = high - low
+        else:
+            moved = 2.0 * np.maximum(away, _started(results, name))
+        most = np.maximum(most, moved / (rtol * (scale + away)))
+    small = ended & (most < TOLERANCES) & (most > AT_REST if is_forced else most > 0.0)
+    if not small.any():
+        return {}
+    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol, "most": float(most[small].min())}
+
+
+def _started(results: Results, state: str) -> Array:
+    """How far from zero the motions began; those of a chain where the chain did, or further
+    away, as what comes to rest there is carried on at rest."""
+    began = np.abs(np.asarray(results[STARTS])[..., results.coords["state"].tolist().index(state)])
+    return began if results.procedures == ("same",) else np.full(began.shape, np.nanmax(began, initial=0.0))
+
+
+ERRORS_ALONE = (
+    "Errors alone may move it as far, and extremes and amplitudes may be wrong by any factor: make simulation.rtol "
+    "smaller, or give states their size here as nsdrill.number(..., scale=)"
+)
 
 
 def too_small_words(found: Answer) -> str:
     """What :func:`too_small` has found, in words."""
     return (
-        f"in {found['runs']} of {count(found['of'], 'run')} no state swings by {TOLERANCES:g} tolerances of a step, "
-        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude: amplitudes are wrong by "
-        "some per cent or more there. Make simulation.rtol smaller"
+        f"in {found['runs']} of {count(found['of'], 'run')} no state moves by {TOLERANCES:g} tolerances of a step, "
+        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude, in one by "
+        f"{found['most']:.2g}. {ERRORS_ALONE}"
+    )
+
+
+def guessed_scales(attrs: Attributes) -> tuple[str, ...]:
+    """The states of a script's model whose natural scale is a guess."""
+    return tuple(json.loads(attrs.get(GUESSED_SCALES, "[]")))
+
+
+def guessed_words(states: Sequence[str]) -> str:
+    """What there is to know of natural scales that are guesses."""
+    one = len(states) == 1
+    return (
+        f"the natural scale of {', '.join(states)} is that of the start, as the motion at the defaults grows without "
+        f"bound and tells no size: the error of a step is measured by {'it' if one else 'them'}. Give "
+        f"{'it' if one else 'each'} its size in the motions that you study, as {states[0]}=nsdrill.number(..., scale=)"
     )
 
 

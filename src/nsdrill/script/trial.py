@@ -15,7 +15,9 @@ from nsdrill.script.reading import Reading
 from nsdrill.script.signature import number
 
 PERIODS = 40  # at most
-GROWTH = 3.0  # of the last third over what is before: a state that only drifts has 1.5, one that accelerates evenly 2.25
+GROWTH = (
+    3.0  # of the last third over what is before: a state that only drifts has 1.5, one that accelerates evenly 2.25
+)
 FAR = 10.0  # starts away a motion that grows has left its beginning
 CALLS = 3000  # of the function at most
 LONGER = 4  # times that, of a motion that grows
@@ -33,11 +35,12 @@ class Scales:
 
 @dataclass(frozen=True)
 class Trial:
-    """The greatest magnitude of each state in a trial, and at its beginning; which states
-    ``grow`` to its end, as far as it is seen."""
+    """The greatest magnitude of each state in a trial, at its beginning and in the last third;
+    which states ``grow`` to its end, as far as it is seen."""
 
     greatest: Array
     at_first: Array
+    last: Array
     grow: Array
 
 
@@ -105,10 +108,12 @@ def _seen(times: Array, sizes: Array, radian: float, turning: Array) -> Trial:
     begins = (times <= radian) & ~np.logical_or.accumulate(is_far)
     begins[:2] = True  # with a step, in which what is at rest begins to move
     at_first, greatest = sizes[begins].max(axis=0), sizes.max(axis=0)
-    return Trial(greatest, np.where(at_first > RESTING, at_first, np.minimum(before, 1.0)), grow)
+    return Trial(greatest, np.where(at_first > RESTING, at_first, np.minimum(before, 1.0)), last, grow)
 
 
-def _steps(slopes: Callable[[float, Array], Array], y: Array, duration: float, most: int) -> Iterator[tuple[float, Array]]:
+def _steps(
+    slopes: Callable[[float, Array], Array], y: Array, duration: float, most: int
+) -> Iterator[tuple[float, Array]]:
     """The time and the states after each step of the pair of Bogacki and Shampine (1989), until the end
     of the trial, or until the run diverges or ``most`` calls are made."""
     t, h, k1, calls = 0.0, 1e-3 * duration, slopes(0.0, y), 1

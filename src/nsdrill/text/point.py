@@ -10,6 +10,8 @@ import numpy as np
 from nsdrill.analysis.counts import (
     beyond,
     beyond_words,
+    guessed_scales,
+    guessed_words,
     open_words,
     outrun,
     outrun_words,
@@ -87,6 +89,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if smaller := too_small(results):
         yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
+    if guessed := guessed_scales(results.attrs):
+        yield f"A GUESS: {guessed_words(guessed)}."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.counts import beyond_words, open_words, outrun_words, too_small_words, turned_back_words
+from nsdrill.analysis.counts import (
+    beyond_words,
+    guessed_words,
+    open_words,
+    outrun_words,
+    too_small_words,
+    turned_back_words,
+)
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
+    GUESSED_SCALES,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
     PULSES,
@@ -153,6 +161,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
     if smaller := s["too_small"]:
         yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
+    if guessed := s[GUESSED_SCALES]:
+        yield f"  A GUESS        {guessed_words(guessed)}."
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
     if exponents := s.get("exponents"):

@@ -15,7 +15,18 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
-from nsdrill.analysis.counts import after_failure, beyond, known, outrun, too_small, turned_back, unknown_exponents
+from nsdrill.analysis.counts import (
+    STARTS,
+    after_failure,
+    beyond,
+    guessed_scales,
+    known,
+    of_scripts,
+    outrun,
+    too_small,
+    turned_back,
+    unknown_exponents,
+)
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
@@ -23,6 +34,7 @@ from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measur
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
+    GUESSED_SCALES,
     IN_MEMORY,
     NOT_CARRIED_RUN,
     PULSES,
@@ -45,7 +57,7 @@ from nsdrill.models.choices import in_words, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.motion_kinds import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
-from nsdrill.store import read_results, rewrite_labels, variables_in
+from nsdrill.store import read_attributes, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 from nsdrill.version import __version__
@@ -69,7 +81,8 @@ def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
     """The variables that :func:`summarize` uses, without peaks, returns and states: of
     the results file ``path``, if given, or of any model."""
     known = BY_NAME.values() if path is None else variables_in(path)
-    return tuple(variable.name for variable in known if variable.dims == POINT)
+    more = (STARTS,) if path is None else of_scripts(read_attributes(path))
+    return tuple(variable.name for variable in known if variable.dims == POINT or variable.name in more)
 
 
 def summarize(data: Results | Trace) -> Answer:
@@ -118,6 +131,7 @@ def _summarize_results(results: Results) -> Answer:
         "turned_back": turned_back(results),
         "outrun": outrun(results),
         "too_small": too_small(results),
+        GUESSED_SCALES: guessed_scales(results.attrs),
         "declares_responses": judges(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),
