@@ -43,15 +43,36 @@ def test_a_feature_of_a_model_is_that_of_its_dense_trace(script, model):
 
 
 def test_a_feature_may_read_what_only_some_strings_have(script):
-    """The rate of the interference is that of a lobed rock; on another one it is refused."""
+    """The rate of the interference is that of a lobed rock; on another one it is left out, with a warning."""
     script(
         '@nsdrill.feature("segments", "closed", "m s-1", least=True)\ndef closed(closing):\n    return closing\n',
         "some",
     )
     study = {"model": "segments", **MODELS["segments"], "simulation": {"transient": "1 s", "observe": "2 s"}}
     assert np.isfinite(nsdrill.run(study, progress=False).closed_min.item())
-    with pytest.raises(nsdrill.InputError, match="found the argument closing"):
-        nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+    with pytest.warns(nsdrill.RunWarning, match="feature closed: not measured of this string, which has no closing"):
+        other = nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+    assert np.isnan(other.closed_min.item())
+    assert np.isfinite(other.bit_speed_max.item())
+
+
+def test_a_feature_of_drives_leaves_the_string_without_one_as_it_is(script):
+    """An ideal drive has no speed of its own; where one has, the feature is that of the trace."""
+    study = {"model": "torsion", "simulation": {"transient": "1 s", "observe": "5 s"}}
+    before = nsdrill.run(study, progress=False)
+    script(
+        '@nsdrill.feature("torsion", "behind", "rad/s")\n'
+        "def behind(bit_speed, drive_speed):\n    return bit_speed - drive_speed\n",
+        "drives",
+    )
+    with pytest.warns(nsdrill.RunWarning, match="behind: not measured of this string, which has no drive_speed"):
+        ideal = nsdrill.run(study, progress=False)
+    assert np.array_equal(ideal.final_state, before.final_state)
+    assert np.isnan(ideal.behind_max.item())
+    driven = {**study, "drive": {"kind": "soft_torque"}}
+    trace = nsdrill.simulate(driven, duration="6 s", sample="1 ms").sel(time=slice(1.0, 6.0))
+    data = nsdrill.run(driven, progress=False)
+    assert data.behind_max.item() == pytest.approx((trace.bit_speed - trace.drive_speed).max().item(), abs=1e-3)
 
 
 FAULTY = {

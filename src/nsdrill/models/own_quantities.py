@@ -34,8 +34,7 @@ class Measured:
     """A quantity with a ``name`` and the ``function`` that gives it, of which features with
     these ``ends`` are made; ``about`` has its units, its meaning and perhaps its scale.
     ``scale`` is its natural one, once a model has it; ``origin`` says where it was made;
-    ``added`` whether a package adds it to every study of its model; ``digest`` is that of its
-    value in the graph of the equations."""
+    ``digest`` is that of its value in the graph of the equations."""
 
     name: str
     function: FunctionType
@@ -43,7 +42,6 @@ class Measured:
     ends: tuple[str, ...]
     origin: Origin
     scale: float | None = None
-    added: bool = False
     digest: str = ""
 
     @property
