@@ -75,6 +75,53 @@ def test_a_feature_of_drives_leaves_the_string_without_one_as_it_is(script):
     assert data.behind_max.item() == pytest.approx((trace.bit_speed - trace.drive_speed).max().item(), abs=1e-3)
 
 
+BESIDE = """
+@nsdrill.feature("torsion", "inverse", greatest=True)
+def inverse(bit_speed):
+    return 1 / (bit_speed - 3.0)
+
+
+@nsdrill.feature("torsion", "root", mean=True)
+def root(bit_speed):
+    return np.sqrt(bit_speed - 0.5)
+
+
+@nsdrill.feature("torsion", "jump")
+def jump(bit_speed):
+    return 5.0 if bit_speed > 3.0 else -5.0
+
+
+@nsdrill.feature("torsion", "bend")
+def bend(bit_speed):
+    return np.sqrt(abs(bit_speed - 3.0))
+
+
+@nsdrill.feature("torsion", "narrow")
+def narrow(bit_speed):
+    return 1 / (0.001 + (bit_speed - 3.0) ** 2)
+"""
+
+
+def test_a_pole_and_what_is_no_number_are_told(script, tmp_path, monkeypatch):
+    """Of a stick-slip whose speed passes 3 rad/s and rests; a jump, a bend and a narrow peak, of 1000, are followed."""
+    monkeypatch.chdir(tmp_path)
+    study = (
+        "model: torsion\noperation: {rotary_speed: 3 rad/s, wob: 30 kN}\nsimulation: {transient: 20 s, observe: 20 s}\n"
+    )
+    (tmp_path / "study.yaml").write_text(study)
+    script(BESIDE, "poles")
+    with pytest.warns(nsdrill.RunWarning, match="Too fast for the steps: inverse in 1 of 1 run, root in 1 of 1 run"):
+        data = nsdrill.run(tmp_path / "study.yaml", progress=False)
+    assert data.inverse_outrun.item() > 0.9
+    assert data.root_outrun.item() == 1.0
+    assert max(data[f"{name}_outrun"].item() for name in ("jump", "bend", "narrow")) < 0.05
+    assert data.narrow_max.item() == pytest.approx(1000.0, rel=1e-4)
+    (tmp_path / "poles.py").write_text("import numpy as np\nimport nsdrill\n" + BESIDE, encoding="utf-8")
+    for line in (("run", "study.yaml", "-o", "r.h5"), ("show", "r.h5")):
+        told = " ".join("".join(command(tmp_path, *line, "--with", "poles.py")).split())
+        assert "for the steps: inverse in 1 of 1 run, root in 1 of 1 run (1 of them with NaN: it is no number" in told
+
+
 FAULTY = {
     '("torsion", "power")\ndef f(speed):\n    return speed': "found the argument speed; allowed: states, parameters",
     '("torsion", "bit_speed")\ndef f(twist):\n    return twist': "found the name bit_speed, which torsion has",

@@ -84,10 +84,13 @@ def turned_back_words(found: Answer) -> str:
 
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
-    attributes."""
+    attributes, where the model has them."""
+    return (*_of_states(attrs), *(name for one in _outruns(attrs) for name in (one.name, *_ends(one))))
+
+
+def _of_states(attrs: Attributes) -> tuple[str, ...]:
     scales = _natural_scales(attrs)
-    starts = (STARTS,) if scales and not model_in(attrs).section else ()
-    return (*_extremes(scales), *starts, *(one.name for one in _outruns(attrs)))
+    return (*_extremes(scales), *((STARTS,) if scales and not model_in(attrs).section else ()))
 
 
 def _natural_scales(attrs: Attributes) -> dict[str, float]:
@@ -105,29 +108,47 @@ def _outruns(attrs: Attributes) -> list[Variable]:
     return [one for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
 
 
+def _ends(outrun: Variable) -> list[str]:
+    """The features of the quantity that such a feature is about."""
+    return [f"{outrun.signal}_{end}" for end in ("max", "min", "mean")]
+
+
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
 
 
 def outrun(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) a quantity that a script
-    measures varies faster than the steps, by its name; empty where none does."""
+    measures varies faster than the steps, has a pole, or is no number somewhere, and in how
+    many of them a feature is none (``no_number``), by its name; empty where none does."""
     ended, found = np.asarray(results["status"]) == OK, {}
     for variable in _outruns(results.attrs):
         if variable.name in results.variables:
             shares = np.asarray(results[variable.name])[ended]
             if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
-                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size)}
+                is_none = np.zeros(shares.shape, dtype=bool)
+                for name in _ends(variable):
+                    if name in results.variables:
+                        is_none |= ~np.isfinite(np.asarray(results[name])[ended])
+                no_number = int(np.count_nonzero(is_none & (shares > MOST_OUTRUN)))
+                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size), "no_number": no_number}
     return found
 
 
 def outrun_words(found: Answer) -> str:
     """What :func:`outrun` has found, in words."""
-    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}" for name, one in found.items()]
+    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}{_no_number(one)}" for name, one in found.items()]
     return (
         f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
-        "are those of samples there. Measure one that varies as the states do, or make simulation.rtol smaller until "
-        "none is named"
+        "are those of samples there, also near a pole, where it has no greatest value. Measure one that varies as the "
+        "states do and divides by nothing that passes zero, or make simulation.rtol smaller until none is named"
     )
+
+
+def _no_number(found: Answer) -> str:
+    """That a quantity is no number in some runs, in words."""
+    if not found["no_number"]:
+        return ""
+    return f" ({found['no_number']} of them with NaN: it is no number somewhere, as the root of a negative value)"
 
 
 # of a step: errors alone make swings of up to 550 of these where damping is 0.001 of critical, and of 0.01 below
@@ -143,7 +164,7 @@ def too_small(results: Results) -> Answer:
     it is least; empty where there is none. What is forced is to swing by as much; what is not
     may come to rest from further away."""
     scales = _natural_scales(results.attrs)
-    if not scales or not all(name in results.variables for name in of_scripts(results.attrs)):
+    if not scales or not all(name in results.variables for name in _of_states(results.attrs)):
         return {}
     is_forced, study = model_in(results.attrs).section, resolved_study(results.attrs)
     rtol, ended = float(study["simulation"]["rtol"]), np.asarray(results["status"]) == OK

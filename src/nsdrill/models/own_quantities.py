@@ -125,10 +125,11 @@ def tell_of_lacking(one: Measured, argument: str) -> None:
 
 
 def _share_of(part: str, whole: str) -> Callable[[Array, Array], Array]:
-    """One feature over another, 0 where both are."""
+    """One feature over another, 0 where both are, and 1 where these are no numbers."""
 
     def share(part: Array, whole: Array) -> Array:
-        return np.divide(part, whole, out=np.zeros_like(whole), where=whole != 0.0)
+        found = np.divide(part, whole, out=np.zeros_like(whole), where=whole != 0.0)
+        return np.where(np.isfinite(part) & np.isfinite(whole), found, 1.0)
 
     reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (part, whole)]
     share.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]
