@@ -85,7 +85,7 @@ def turned_back_words(found: Answer) -> str:
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`outrun` and :func:`too_small` use, of results with these root
     attributes, where the model has them."""
-    return (*_of_states(attrs), *(name for one in _outruns(attrs) for name in (one.name, *_ends(one))))
+    return (*_of_states(attrs), *(name for one in _outruns(attrs) for name in (one.name, *_ends(one, attrs))))
 
 
 def _of_states(attrs: Attributes) -> tuple[str, ...]:
@@ -108,9 +108,9 @@ def _outruns(attrs: Attributes) -> list[Variable]:
     return [one for one in model_in(attrs).features if one.name == OUTRUN.format(one.signal)]
 
 
-def _ends(outrun: Variable) -> list[str]:
-    """The features of the quantity that such a feature is about."""
-    return [f"{outrun.signal}_{end}" for end in ("max", "min", "mean")]
+def _ends(outrun: Variable, attrs: Attributes) -> list[str]:
+    """The other features of the quantity that such a feature is about."""
+    return [one.name for one in model_in(attrs).features if one.signal == outrun.signal and one.name != outrun.name]
 
 
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
@@ -126,7 +126,7 @@ def outrun(results: Results) -> Answer:
             shares = np.asarray(results[variable.name])[ended]
             if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
                 is_none = np.zeros(shares.shape, dtype=bool)
-                for name in _ends(variable):
+                for name in _ends(variable, results.attrs):
                     if name in results.variables:
                         is_none |= ~np.isfinite(np.asarray(results[name])[ended])
                 no_number = int(np.count_nonzero(is_none & (shares > MOST_OUTRUN)))
