@@ -291,6 +291,20 @@ def test_two_drives_share_a_key_each_with_its_own_default(script):
         script(text.format("three", 'number(3.0, "N*m/rad")'), "other")
 
 
+def test_a_drive_that_divides_by_zero_is_refused_at_its_key(script):
+    """As a study gives it, by default, or at an end of an axis; in check and in a run."""
+    script(UNWINDING.replace('50.0, "s", low=0.1', '0.0, "s"'), "zero")
+    said = r"drive.slow: found 0.*, with which the slope of wound, or how it changes, is no number at the set point"
+    for call in (nsdrill.check, nsdrill.run):
+        with pytest.raises(nsdrill.StudyError, match=said):
+            call({"model": "torsion", "drive": {"kind": "unwinding"}})
+    with pytest.raises(nsdrill.StudyError, match=said):
+        nsdrill.load_study(
+            {"model": "torsion", "drive": {"kind": "unwinding"}, "sweep": {"drive.slow": ["0 s", "50 s"]}}
+        )
+    assert nsdrill.check({"model": "torsion", "drive": {"kind": "unwinding", "slow": "50 s"}}).points == 1
+
+
 def test_a_drive_with_a_filter_has_no_gain_at_all_frequencies(script):
     filtered = (
         "(drive_speed, slow=0.0, *, brake=1500.0, tau=0.5):\n    return -brake * slow, (drive_speed - slow) / tau"

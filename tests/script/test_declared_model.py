@@ -509,6 +509,39 @@ def test_declaring_and_trying_are_quick():
     assert tried < 0.6
 
 
+def test_a_function_that_makes_functions_makes_models(script):
+    """Each has a number of its own from around and a name that it is given: of x'' = -(k + i) x from 1 at rest the
+    greatest speed is the root of k + i."""
+    text = """
+def make(number):
+    def osc(x=1.0, v=0.0, *, k=4.0):
+        return v, -(k + number) * x
+
+    osc.__name__ = f"made{number}"
+    return nsdrill.model(osc)
+"""
+    make = script(text, "factory").make
+    for k in range(3):
+        data = nsdrill.run(make(k).study(transient=0, observe=4), progress=False)
+        assert data.v_max.item() == pytest.approx(np.sqrt(4.0 + k), rel=1e-5)
+
+
+@pytest.mark.parametrize("what", ["smoothing", "decay"])
+def test_the_direction_of_friction_and_its_fall_do_not_follow_states(script, what):
+    """Each is refused with its line; what the law exponential falls by may."""
+    text = (
+        "@nsdrill.model\ndef rubs(x=1.0, v=0.0, *, belt=0.5):\n    return v, -4.0 * x - nsdrill.friction(\n"
+        "        'c', slip=v - belt, normal=1.0, static=0.3, dynamic=0.1, {}\n    )\n"
+    )
+    numbers = {"smoothing": "50.0", "decay": "2.0"}
+    given = ", ".join(f"{name}={value}{' + x * x' * (name == what)}" for name, value in numbers.items())
+    with pytest.raises(NsdrillError, match=rf"rubbing.py, line \d+: rubs: .*found a {what} of .*friction"):
+        script(text.format(given), "rubbing")
+    if what == "decay":
+        made = script(text.format(f"{given}, law='exponential'"), "rubbing").rubs
+        assert np.isfinite(nsdrill.run(made.study(transient=0, observe=2), progress=False).x_max.item())
+
+
 @pytest.mark.parametrize("more", [{}, {"spare": [1.0, 2.0]}, {"uncertain": {"spare": (1.0, 2.0), "samples": 2}}])
 def test_numbers_that_nothing_reads_are_told_of(script, more):
     made = script(

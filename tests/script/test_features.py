@@ -43,15 +43,83 @@ def test_a_feature_of_a_model_is_that_of_its_dense_trace(script, model):
 
 
 def test_a_feature_may_read_what_only_some_strings_have(script):
-    """The rate of the interference is that of a lobed rock; on another one it is refused."""
+    """The rate of the interference is that of a lobed rock; on another one it is left out, with a warning."""
     script(
         '@nsdrill.feature("segments", "closed", "m s-1", least=True)\ndef closed(closing):\n    return closing\n',
         "some",
     )
     study = {"model": "segments", **MODELS["segments"], "simulation": {"transient": "1 s", "observe": "2 s"}}
     assert np.isfinite(nsdrill.run(study, progress=False).closed_min.item())
-    with pytest.raises(nsdrill.InputError, match="found the argument closing"):
-        nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+    with pytest.warns(nsdrill.RunWarning, match="feature closed: not measured of this string, which has no closing"):
+        other = nsdrill.run({**study, "bit": {"rock": {"law": "regenerative"}}}, progress=False)
+    assert np.isnan(other.closed_min.item())
+    assert np.isfinite(other.bit_speed_max.item())
+
+
+def test_a_feature_of_drives_leaves_the_string_without_one_as_it_is(script):
+    """An ideal drive has no speed of its own; where one has, the feature is that of the trace."""
+    study = {"model": "torsion", "simulation": {"transient": "1 s", "observe": "5 s"}}
+    before = nsdrill.run(study, progress=False)
+    script(
+        '@nsdrill.feature("torsion", "behind", "rad/s")\n'
+        "def behind(bit_speed, drive_speed):\n    return bit_speed - drive_speed\n",
+        "drives",
+    )
+    with pytest.warns(nsdrill.RunWarning, match="behind: not measured of this string, which has no drive_speed"):
+        ideal = nsdrill.run(study, progress=False)
+    assert np.array_equal(ideal.final_state, before.final_state)
+    assert np.isnan(ideal.behind_max.item())
+    driven = {**study, "drive": {"kind": "soft_torque"}}
+    trace = nsdrill.simulate(driven, duration="6 s", sample="1 ms").sel(time=slice(1.0, 6.0))
+    data = nsdrill.run(driven, progress=False)
+    assert data.behind_max.item() == pytest.approx((trace.bit_speed - trace.drive_speed).max().item(), abs=1e-3)
+
+
+BESIDE = """
+@nsdrill.feature("torsion", "inverse", greatest=True)
+def inverse(bit_speed):
+    return 1 / (bit_speed - 3.0)
+
+
+@nsdrill.feature("torsion", "root", mean=True)
+def root(bit_speed):
+    return np.sqrt(bit_speed - 0.5)
+
+
+@nsdrill.feature("torsion", "jump")
+def jump(bit_speed):
+    return 5.0 if bit_speed > 3.0 else -5.0
+
+
+@nsdrill.feature("torsion", "bend")
+def bend(bit_speed):
+    return np.sqrt(abs(bit_speed - 3.0))
+
+
+@nsdrill.feature("torsion", "narrow")
+def narrow(bit_speed):
+    return 1 / (0.001 + (bit_speed - 3.0) ** 2)
+"""
+
+
+def test_a_pole_and_what_is_no_number_are_told(script, tmp_path, monkeypatch):
+    """Of a stick-slip whose speed passes 3 rad/s and rests; a jump, a bend and a narrow peak, of 1000, are followed."""
+    monkeypatch.chdir(tmp_path)
+    study = (
+        "model: torsion\noperation: {rotary_speed: 3 rad/s, wob: 30 kN}\nsimulation: {transient: 20 s, observe: 20 s}\n"
+    )
+    (tmp_path / "study.yaml").write_text(study)
+    script(BESIDE, "poles")
+    with pytest.warns(nsdrill.RunWarning, match="Too fast for the steps: inverse in 1 of 1 run, root in 1 of 1 run"):
+        data = nsdrill.run(tmp_path / "study.yaml", progress=False)
+    assert data.inverse_outrun.item() > 0.9
+    assert data.root_outrun.item() == 1.0
+    assert max(data[f"{name}_outrun"].item() for name in ("jump", "bend", "narrow")) < 0.05
+    assert data.narrow_max.item() == pytest.approx(1000.0, rel=1e-4)
+    (tmp_path / "poles.py").write_text("import numpy as np\nimport nsdrill\n" + BESIDE, encoding="utf-8")
+    for line in (("run", "study.yaml", "-o", "r.h5"), ("show", "r.h5")):
+        told = " ".join("".join(command(tmp_path, *line, "--with", "poles.py")).split())
+        assert "for the steps: inverse in 1 of 1 run, root in 1 of 1 run (1 of them with NaN: it is no number" in told
 
 
 FAULTY = {

@@ -147,6 +147,7 @@ FAULTY = {
     "(v, n, *, c=number(1.0, 'kg')):\n    return n.dynamic * direction(c * n.smoothing * v)": "found c in kg",
     "(v, n, *, drag=1.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "is not twice as large",
     "(v, n, *, drag=0.0):\n    return n.dynamic * direction(n.smoothing * v) + drag * v": "where drag is 0.1",
+    "(v, n, *, w=0.0):\n    return n.dynamic * direction(n.smoothing * v) / (1.0 + abs(v) / w)": "no number at the",
 }  # fmt: skip
 
 

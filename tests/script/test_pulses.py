@@ -106,7 +106,7 @@ def welled(t, x=1.0, v=0.0, *, force=0.3):
     (tmp_path / "study.yaml").write_text(study, encoding="utf-8")
     for line in (("run", "study.yaml", "-o", "r.h5"), ("show", "r.h5")):
         told = " ".join("".join(command(tmp_path, *line, "--with", "welled.py")).split())
-        assert ("in 1 of 1 run no state swings by 100 tolerances" in told) == is_told
+        assert ("in 1 of 1 run no state moves by 2000 tolerances" in told) == is_told
     if not is_told:
         data = nsdrill.open_results("r.h5")
         swing = 2 * force / abs(2 - 1.2**2 + 0.15j * 1.2)

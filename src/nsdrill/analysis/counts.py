@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.planes import along_axis
-from nsdrill.data import NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
+from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
@@ -97,9 +97,14 @@ def turned_back_words(found: Answer) -> str:
 
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`outrun`, :func:`driving` and :func:`too_small` use, of results
-    with these root attributes."""
-    told = (*_outruns(attrs), *_drivings(attrs))
-    return (*_extremes(_natural_scales(attrs)), *(one.name for one in told))
+    with these root attributes, where the model has them."""
+    outruns = (name for one in _outruns(attrs) for name in (one.name, *_ends(one, attrs)))
+    return (*_of_states(attrs), *outruns, *(one.name for one in _drivings(attrs)))
+
+
+def _of_states(attrs: Attributes) -> tuple[str, ...]:
+    scales = _natural_scales(attrs)
+    return (*_extremes(scales), *((STARTS,) if scales and not model_in(attrs).section else ()))
 
 
 def _natural_scales(attrs: Attributes) -> dict[str, float]:
@@ -122,28 +127,39 @@ def _drivings(attrs: Attributes) -> list[Variable]:
     return [one for one in model_in(attrs).features if one.name.endswith(DRIVING.format(""))]
 
 
+def _ends(outrun: Variable, attrs: Attributes) -> list[str]:
+    """The other features of the quantity that such a feature is about."""
+    return [one.name for one in model_in(attrs).features if one.signal == outrun.signal and one.name != outrun.name]
+
+
 MOST_OUTRUN = 0.25  # of the changes of a quantity: kinks and jumps give none, and what no step resolves 0.4 and more
 
 
 def outrun(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) a quantity that a script
-    measures varies faster than the steps, by its name; empty where none does."""
+    measures varies faster than the steps, has a pole, or is no number somewhere, and in how
+    many of them a feature is none (``no_number``), by its name; empty where none does."""
     ended, found = np.asarray(results["status"]) == OK, {}
     for variable in _outruns(results.attrs):
         if variable.name in results.variables:
             shares = np.asarray(results[variable.name])[ended]
             if runs := int(np.count_nonzero(shares > MOST_OUTRUN)):
-                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size)}
+                is_none = np.zeros(shares.shape, dtype=bool)
+                for name in _ends(variable, results.attrs):
+                    if name in results.variables:
+                        is_none |= ~np.isfinite(np.asarray(results[name])[ended])
+                no_number = int(np.count_nonzero(is_none & (shares > MOST_OUTRUN)))
+                found[str(variable.signal)] = {"runs": runs, "of": int(shares.size), "no_number": no_number}
     return found
 
 
 def outrun_words(found: Answer) -> str:
     """What :func:`outrun` has found, in words."""
-    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}" for name, one in found.items()]
+    parts = [f"{name} in {one['runs']} of {count(one['of'], 'run')}{_no_number(one)}" for name, one in found.items()]
     return (
         f"{', '.join(parts)}. Within a step the motion is followed and such a quantity is not: its extremes and means "
-        "are those of samples there. Measure one that varies as the states do, or make simulation.rtol smaller until "
-        "none is named"
+        "are those of samples there, also near a pole, where it has no greatest value. Measure one that varies as the "
+        "states do and divides by nothing that passes zero, or make simulation.rtol smaller until none is named"
     )
 
 
@@ -175,35 +191,79 @@ def driving_words(found: Answer) -> str:
     )
 
 
-TOLERANCES = 100.0  # of a step: a swing of less is known to some per cent at most
+def _no_number(found: Answer) -> str:
+    """That a quantity is no number in some runs, in words."""
+    if not found["no_number"]:
+        return ""
+    return f" ({found['no_number']} of them with NaN: it is no number somewhere, as the root of a negative value)"
+
+
+# of a step: errors alone make swings of up to 550 of these where damping is 0.001 of critical, and of 0.01 below
+# what is forced by more there; what swings by more is known to a per mille or so
+TOLERANCES = 2000.0
 AT_REST = 1e-4  # likewise: what swings by less rests
+STARTS = "initial_state"  # the variable of the states from which runs start
 
 
 def too_small(results: Results) -> Answer:
-    """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
-    script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
-    does. What is not forced may rest."""
+    """In how many (``runs``) of the runs that ended well (``of``) no state of a model of a script
+    moves by :data:`TOLERANCES` of a step, and the ``most`` that one moves by in the run where
+    it is least; empty where there is none. What is forced is to swing by as much; what is not
+    may come to rest from further away."""
     scales = _natural_scales(results.attrs)
-    is_complete = all(name in results.variables for name in _extremes(scales))
-    if not scales or not model_in(results.attrs).section or not is_complete:
+    if not scales or not all(name in results.variables for name in _of_states(results.attrs)):
         return {}
-    rtol, ended = float(resolved_study(results.attrs)["simulation"]["rtol"]), np.asarray(results["status"]) == OK
-    small, rests = ended.copy(), ended.copy()
+    is_forced, study = model_in(results.attrs).section, resolved_study(results.attrs)
+    rtol, ended = float(study["simulation"]["rtol"]), np.asarray(results["status"]) == OK
+    most = np.zeros(ended.shape)
     for name, scale in scales.items():
         high, low = np.asarray(results[f"{name}_max"]), np.asarray(results[f"{name}_min"])
-        swing = (high - low) / (rtol * (scale + np.maximum(np.abs(high), np.abs(low))))
-        small &= swing < TOLERANCES
-        rests &= swing < AT_REST
-    small &= ~rests  # what is not forced here
-    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol} if small.any() else {}
+        away = np.maximum(np.abs(high), np.abs(low))
+        if is_forced:
+            moved = high - low
+        else:
+            moved = 2.0 * np.maximum(away, _started(results, name))
+        most = np.maximum(most, moved / (rtol * (scale + away)))
+    small = ended & (most < TOLERANCES) & (most > AT_REST if is_forced else most > 0.0)
+    if not small.any():
+        return {}
+    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol, "most": float(most[small].min())}
+
+
+def _started(results: Results, state: str) -> Array:
+    """How far from zero the motions began; those of a chain where the chain did, or further
+    away, as what comes to rest there is carried on at rest."""
+    began = np.abs(np.asarray(results[STARTS])[..., results.coords["state"].tolist().index(state)])
+    return began if results.procedures == ("same",) else np.full(began.shape, np.nanmax(began, initial=0.0))
+
+
+ERRORS_ALONE = (
+    "Errors alone may move it as far, and extremes and amplitudes may be wrong by any factor: make simulation.rtol "
+    "smaller, or give states their size here as nsdrill.number(..., scale=)"
+)
 
 
 def too_small_words(found: Answer) -> str:
     """What :func:`too_small` has found, in words."""
     return (
-        f"in {found['runs']} of {count(found['of'], 'run')} no state swings by {TOLERANCES:g} tolerances of a step, "
-        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude: amplitudes are wrong by "
-        "some per cent or more there. Make simulation.rtol smaller"
+        f"in {found['runs']} of {count(found['of'], 'run')} no state moves by {TOLERANCES:g} tolerances of a step, "
+        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude, in one by "
+        f"{found['most']:.2g}. {ERRORS_ALONE}"
+    )
+
+
+def guessed_scales(attrs: Attributes) -> tuple[str, ...]:
+    """The states of a script's model whose natural scale is a guess."""
+    return tuple(json.loads(attrs.get(GUESSED_SCALES, "[]")))
+
+
+def guessed_words(states: Sequence[str]) -> str:
+    """What there is to know of natural scales that are guesses."""
+    one = len(states) == 1
+    return (
+        f"the natural scale of {', '.join(states)} is that of the start, as the motion at the defaults grows without "
+        f"bound and tells no size: the error of a step is measured by {'it' if one else 'them'}. Give "
+        f"{'it' if one else 'each'} its size in the motions that you study, as {states[0]}=nsdrill.number(..., scale=)"
     )
 
 

@@ -11,7 +11,16 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import after_failure, beyond, driving, known, outrun, overspeeding, too_small
+from nsdrill.analysis.counts import (
+    after_failure,
+    beyond,
+    driving,
+    guessed_scales,
+    known,
+    outrun,
+    overspeeding,
+    too_small,
+)
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
@@ -29,6 +38,7 @@ from nsdrill.data import (
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
+    GUESSED_SCALES,
     LASTING_MOTIONS,
     PULSES,
     SHORT,
@@ -124,6 +134,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "outrun": outrun(results),
         "driving": driving(results),
         "too_small": too_small(results),
+        GUESSED_SCALES: guessed_scales(results.attrs),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,
         "failed_points": int(np.count_nonzero(maps.failed)),

@@ -4,7 +4,7 @@ warnings, and the disk space, memory and time of its sweep."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import partial
 from importlib import import_module
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.analysis.counts import ERRORS_ALONE, TOLERANCES, guessed_words
 from nsdrill.app.experiment import Experiment, coarse_points, maker_of, prepare
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError, count, option
@@ -39,6 +40,7 @@ from nsdrill.variables import dimension_of
 with deferred():  # it imports the compiler
     from nsdrill.app.running import stages
     from nsdrill.models import variant
+    from nsdrill.script import function_model
 
 if TYPE_CHECKING:
     from nsdrill.app.running.price import Price
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
 BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches
 MANY = 10**6  # runs, above which they have to be asked for
 PACE = 1e5  # s of motion of the main model in a second of one processor: docs/benchmarks.md
+TRIALS = 8  # at most, with numbers of a study
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
 SLOTS = 256  # points whose records a batch holds at least
 
@@ -277,6 +280,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
     found += [pulses(study) or None, _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
+    found += of_scales(study)
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [
@@ -303,6 +307,27 @@ def pulses(study: Study) -> str:
         "Steps follow the motion, not the time, and may jump over it without a word. Compare with a longer pulse of "
         "the same area, or run each part between pulses by itself."
     )
+
+
+def of_scales(study: Study, points: Sequence[Values] = ()) -> list[str]:
+    """The warnings of natural scales of a script's model, with which errors of steps are
+    measured: that they are guesses, and that the motion of a trial with the numbers of the
+    study, at these ``points`` or the ends of what varies, is small beside them."""
+    model = model_named(study.model.name)
+    if not isinstance(model, function_model.FunctionModel):
+        return []
+    found = [f"Guess: {guessed_words(model.guessed)}."] if model.guessed else []
+    rtol = study.simulation.rtol
+    moved = [
+        max(2.0 * greatest / (rtol * (model.scale[name] + greatest)) for name, greatest in model.reach(at).items())
+        for at in points or _corners(study)[:TRIALS]
+    ]
+    if small := [one for one in moved if 0.0 < one < TOLERANCES]:
+        found.append(
+            f"Small: with the numbers of the study no state of {study.model.name} moves by {TOLERANCES:g} tolerances "
+            f"of a step in a trial, but by {min(small):.2g}. {ERRORS_ALONE}."
+        )
+    return found
 
 
 def unread_numbers(model: Description) -> str | None:

@@ -113,6 +113,8 @@ def slip_factors(v: Number, smoothing: Number, decay: Number) -> tuple[Number, N
     """(2/pi) atan(smoothing v), the smoothed direction of a slip v, and 1 / (1 + decay
     |v|), by which friction falls; with one division for both, for v where that is a
     sum with a quotient, and for the slope."""
+    for what, value in (("smoothing", smoothing), ("decay", decay)):
+        _refuse_states(what, value)
     if isinstance(v, Node) and v.graph.with_slopes:
         unit = flat(v, smoothing)
         direction, decayed, _ = _slip_factors(v * unit, unit, smoothing, decay, v)
@@ -124,6 +126,17 @@ def slip_factors(v: Number, smoothing: Number, decay: Number) -> tuple[Number, N
         others = math.prod(divisors[:k] + divisors[k + 1 :], start=1.0)
         divisor.graph.share_reciprocal(divisor, per_unit * others)
     return direction, decayed
+
+
+def _refuse_states(what: str, value: Number) -> None:
+    """Both factors are followed as the slip changes alone."""
+    graph = _graph_of(value)
+    if graph is not None and (states := sorted(n for n in graph.inputs_of([graph.node(value)]) if n.startswith("s."))):
+        graph.refuse(
+            f"found a {what} of friction that changes with the state {states[0].removeprefix('s.')}; allowed with the "
+            "law hyperbolic: one of numbers and parameters. A normal load and coefficients may change with states, and "
+            "the decay of the law exponential"
+        )
 
 
 def flat(v: Number, smoothing: Number) -> Any:

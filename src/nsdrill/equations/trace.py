@@ -339,7 +339,8 @@ def _compiled(function: Function, remember: bool) -> CodeType:
     """The code of the changed function, without its defaults and its closure."""
     assert isinstance(function, FunctionType)
     module = _changed(function, remember)
-    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == function.__name__)
+    name = function.__code__.co_name  # that of its text, whatever it is called since
+    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == name)
 
 
 def _changed(function: FunctionType, remember: bool) -> CodeType:
@@ -356,7 +357,7 @@ def _changed(function: FunctionType, remember: bool) -> CodeType:
     if is_kept and (found := load(name, _loaded)) is not None:
         return cast(CodeType, found)
     body = copy.deepcopy(definition(function))
-    body.name, body.decorator_list, body.returns = function.__name__, [], None
+    body.name, body.decorator_list, body.returns = code.co_name, [], None
     none = ast.Constant(None)
     body.args.defaults = [none for _ in body.args.defaults]
     body.args.kw_defaults = [value and none for value in body.args.kw_defaults]

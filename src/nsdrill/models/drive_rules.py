@@ -44,6 +44,22 @@ def _returns(check: Any) -> Iterator[Fault]:
         yield check.fault(key, f"{check.text(key)} with {why} no return repeats", allowed)
 
 
+def _numbers(check: Any) -> Iterator[Fault]:
+    """Torque and slopes of a drive of a script, and how they change, are numbers, at the ends of
+    each number of its own."""
+    own = own_drive(check.value(DRIVE.choice))
+    if own is None or not check.sound(*own.keys):
+        return
+    usual = {name: check.ends(f"drive.{name}")[0] for name in own.numbers}
+    others = [usual | {name: value} for name in own.numbers for value in check.ends(f"drive.{name}")]
+    for values in (usual, *others):
+        if what := own.no_number({lane_of(name): value for name, value in values.items()}):
+            key = next((f"drive.{name}" for name, value in values.items() if value == 0.0), DRIVE.choice)
+            found = f"{check.text(key)}, with which {what}, or how it changes, is no number at the set point"
+            yield check.fault(key, found, "one that divides by nothing that is 0 there")
+            return
+
+
 def _limit(check: Any) -> Iterator[Fault]:
     limit = "drive.torque_limit"
     if "torque_limit" in DRIVE.keys[check.value(DRIVE.choice)] and check.axis(limit) and check.value(limit) is None:
@@ -56,5 +72,6 @@ DRIVE_RULES = (
     Rule(_gains, DRIVE.needs),
     Rule(_returns, ("record", *DRIVE.needs)),
     Rule(_limit, DRIVE.needs),
+    Rule(_numbers, DRIVE.needs),
     COMPENSATED,
 )

@@ -214,6 +214,16 @@ class OwnDrive:
             -block(("torque",), MOTION)[0], block(("torque",), rows)[0], block(rows, MOTION), block(rows, rows)
         )
 
+    def no_number(self, numbers: Mapping[str, Any]) -> str:
+        """What of it is no number about the set point with these lane parameters, in words; empty
+        where all of it is one."""
+        with np.errstate(all="ignore"):
+            found = plain.values(self._changes, self._given({}, numbers))
+        for row, name in (("torque", "its torque"), *((row_of(one), f"the slope of {one}") for one in self.states)):
+            if not all(np.all(np.isfinite(found[key])) for key in found if key.partition(" ")[0] == row):
+                return name
+        return ""
+
     def scales(self, table: Mapping[str, Array], torque: Numeric) -> list[Numeric]:
         """The natural scale of each state: its own, or what changes the torque by this one
         [N m]."""

@@ -21,7 +21,6 @@ from nsdrill.models.registry import (
     extend_models,
     import_modules,
     is_added_always,
-    is_being_added,
     model_named,
     model_names,
     own_features,
@@ -66,7 +65,7 @@ def measure(model: str, made: Measured, check: Callable[[str, Measured], None]) 
     if digest != _digest_of(model, made):
         refuse_to_change(made.function)
     check(model, made)
-    register_feature(model, replace(made, scale=scale, added=is_being_added(), digest=digest))
+    register_feature(model, replace(made, scale=scale, digest=digest))
     extend_models((model,), described_with)
 
 

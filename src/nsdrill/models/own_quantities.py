@@ -34,8 +34,7 @@ class Measured:
     """A quantity with a ``name`` and the ``function`` that gives it, of which features with
     these ``ends`` are made; ``about`` has its units, its meaning and perhaps its scale.
     ``scale`` is its natural one, once a model has it; ``origin`` says where it was made;
-    ``added`` whether a package adds it to every study of its model; ``digest`` is that of its
-    value in the graph of the equations."""
+    ``digest`` is that of its value in the graph of the equations."""
 
     name: str
     function: FunctionType
@@ -43,7 +42,6 @@ class Measured:
     ends: tuple[str, ...]
     origin: Origin
     scale: float | None = None
-    added: bool = False
     digest: str = ""
 
     @property
@@ -123,10 +121,11 @@ def tell_of_lacking(one: Measured, argument: str) -> None:
 
 
 def _share_of(part: str, whole: str) -> Callable[[Array, Array], Array]:
-    """One feature over another, 0 where both are."""
+    """One feature over another, 0 where both are, and 1 where these are no numbers."""
 
     def share(part: Array, whole: Array) -> Array:
-        return np.divide(part, whole, out=np.zeros_like(whole), where=whole != 0.0)
+        found = np.divide(part, whole, out=np.zeros_like(whole), where=whole != 0.0)
+        return np.where(np.isfinite(part) & np.isfinite(whole), found, 1.0)
 
     reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (part, whole)]
     share.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]

@@ -115,11 +115,6 @@ def _group_of(model: str) -> str:
     return f"{_GROUP}.{model}"
 
 
-def is_being_added() -> bool:
-    """Whether a module of a package is being imported."""
-    return _importing is not None
-
-
 def is_added_always(model: str, module: str) -> bool:
     """Whether what this module makes now for a model is made in every study of it: it, or the
     one that imports it, is of the group of that model."""

@@ -82,12 +82,12 @@ class Variant:
 
     @cached_property
     def measured(self) -> tuple[Measured, ...]:
-        """What scripts and packages measure. What a package adds to every study of the model
-        is left out, with a warning, where a string with these options lacks its arguments."""
-        graph = graph_of(self.motion) if any(one.added for one in self.model.measured) else None
+        """What scripts and packages measure. It is left out, with a warning, where a string with
+        these options lacks its arguments."""
+        graph = graph_of(self.motion) if self.model.measured else None
         kept = []
         for one in self.model.measured:
-            if graph is not None and one.added and (lacking := one.unknown(*graph)):
+            if graph is not None and (lacking := one.unknown(*graph)):
                 tell_of_lacking(one, lacking[0])
             else:
                 kept.append(one)
@@ -95,7 +95,7 @@ class Variant:
 
     @property
     def _lacking(self) -> list[Measured]:
-        """What packages measure of other strings of the model; of this one it is no number."""
+        """What scripts and packages measure of other strings of the model; of this one it is no number."""
         return [one for one in self.model.measured if one not in self.measured]
 
     @property

@@ -197,8 +197,9 @@ class Outrun:
     """How far per second a channel ``within`` steps goes, by its slopes and values at the
     places where it is evaluated; with ``beyond`` that part of it in which cubics do not
     follow it, however near these are. It is nothing of what they resolve, and of kinks and
-    jumps, and half and more of the whole of what oscillates between them: there extremes
-    and means are those of samples."""
+    jumps, and half and more of the whole of what oscillates between them, or has a pole: there
+    extremes and means are those of samples. Both are NaN or infinite of what is no number
+    somewhere."""
 
     channel: str
     name: str

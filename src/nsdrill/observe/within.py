@@ -218,7 +218,9 @@ def _walk(
                 low = sampled[1] if is_rough else followed[1]
                 high = sampled[2] if is_rough else followed[2]
                 travel += further
-                beyond += further if misses and width > LEAST else 0.0
+                # beside a jump slopes are of the quantity on either side; towards a pole they grow
+                steep = 0.5 * width * h * (abs(first[1]) + abs(last[1])) > abs(last[0] - first[0])
+                beyond += further if misses and (width > LEAST or steep) else 0.0
                 theta += width
                 for k in numbered:
                     kept[k] = last[k]

@@ -71,7 +71,8 @@ def picture(name: str, *, of: str) -> Callable[[FunctionType], FunctionType]:
     >>> @nsdrill.picture("margin", of="line")
     ... def margin(axes, data, shown):
     ...     'distance to the wall'
-    ...     axes.plot(data.rotary_speed, 0.0508 - data.radius_max[0])
+    ...     radius = data.radius_max.isel(procedure=0, missing_dims="ignore")
+    ...     axes.plot(data.rotary_speed, 0.0508 - radius)
     >>> nsdrill.plot("out.h5", "margin").axes[0].get_label()
     'margin'
     """

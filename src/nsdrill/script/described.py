@@ -10,7 +10,7 @@ from functools import partial
 from itertools import islice, product
 from typing import Any
 
-from nsdrill.data import NATURAL_SCALES, json_text
+from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, json_text
 from nsdrill.errors import Fault
 from nsdrill.models.base import SMOOTH
 from nsdrill.models.model_description import Description, Drawn, Panel
@@ -146,7 +146,7 @@ def description_of(
         compared={f"{n}_{end}": scale_name(n) for n in told for end in ENDS}
         | dict.fromkeys((*fractions(reading), *driving_words(reading))),
         distinguishing=tuple(f"{name}_mean" for name in told),
-        attributes=lambda *study: {NATURAL_SCALES: json_text(model.scale)},
+        attributes=lambda *study: _of_scales(model),
         rules=(_smooth(model), brakes(reading, SECTION)),
         drawn=_drawn(reading, model.declared),
     )
@@ -163,6 +163,12 @@ def _parted(text: str) -> tuple[str, str]:
     """(what was found, what is allowed) of a message that says both."""
     found, _, allowed = text.removeprefix("responses: found ").partition("; allowed: ")
     return found, allowed or "another one"
+
+
+def _of_scales(model: FunctionModel) -> dict[str, str]:
+    """The root attributes that tell of natural scales."""
+    guessed = {GUESSED_SCALES: json_text(model.guessed)} if model.guessed else {}
+    return {NATURAL_SCALES: json_text(model.scale), **guessed}
 
 
 def _first_line(reading: Reading) -> str:

@@ -22,7 +22,7 @@ from nsdrill.script.clock import CLOCK
 from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of, names_of
 from nsdrill.script.pulses import Pulse, shortest_pulse
 from nsdrill.script.reading import Reading
-from nsdrill.script.trial import natural_scales
+from nsdrill.script.trial import Scales, natural_scales, trial_of
 
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
@@ -67,7 +67,25 @@ class FunctionModel(Model[ModelParameters]):
     @cached_property
     def scale(self) -> dict[str, float]:
         """The natural scale of each state."""
+        return dict(self._scales.of)
+
+    @property
+    def guessed(self) -> tuple[str, ...]:
+        """The states of which it is a guess, as the motion at the defaults grows."""
+        return self._scales.guessed
+
+    @cached_property
+    def _scales(self) -> Scales:
         return natural_scales(self.reading, self.slowest)
+
+    def reach(self, points: Values[ModelParameters]) -> dict[str, float]:
+        """How far from zero each state comes in a trial with the numbers and from the start of
+        one point; of a motion that is forced, late in it."""
+        start = {name: float(getattr(points.initial, name)) for name in self.reading.signature.start}
+        numbers = {name: float(value) for name, value in self.numbers(points).items()}
+        trial = trial_of(self.reading, self.slowest, numbers, start)
+        reached = trial.last if self.reading.forcing is not None else trial.greatest
+        return dict(zip(start, reached.tolist(), strict=True))
 
     @cached_property
     def sizes(self) -> dict[str, float]:

@@ -325,6 +325,8 @@ def _check(function: FunctionType, fall: Callable[[Any], Any], own: Mapping[str,
     one, other = at(SLIPS, USUAL), at(-SLIPS, USUAL)
     if not np.all(np.isfinite(one)) or np.any(one < 0.0):
         refuse("a coefficient below 0, or no number, at a slip above 0", "the sign of the slip: friction brakes")
+    if not np.isfinite(at(0.0, USUAL)):
+        refuse("a coefficient that is no number at the slip 0", "one that is: nothing of it divides by 0 there")
     if np.max(np.abs(one + other)) > ODD * np.max(np.abs(one)):
         refuse("a coefficient that is not the opposite at the opposite slip", "an odd function of the slip")
     double = USUAL._replace(rise=2 * USUAL.rise, dynamic=2 * USUAL.dynamic)

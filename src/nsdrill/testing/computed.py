@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.counts import guessed_words
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.passes import Tangents
@@ -136,4 +137,11 @@ def jumps(bench: Bench, report: Report) -> None:
         report.add("conditions at which slopes jump", len(found), 0, ", ".join(found) + words)
 
 
-COMPUTED: tuple[Check, ...] = (python, machine_code, tangent, unread, jumps)
+def guessed_scales(bench: Bench, report: Report) -> None:
+    """The trial of a script's model at its defaults tells the natural scale of every state."""
+    if isinstance(bench.model, FunctionModel):
+        states = bench.model.guessed
+        report.add("natural scales that are guesses", len(states), 0, guessed_words(states) if states else "")
+
+
+COMPUTED: tuple[Check, ...] = (python, machine_code, tangent, unread, jumps, guessed_scales)

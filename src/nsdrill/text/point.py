@@ -12,6 +12,8 @@ from nsdrill.analysis.counts import (
     beyond_words,
     driving,
     driving_words,
+    guessed_scales,
+    guessed_words,
     open_words,
     outrun,
     outrun_words,
@@ -95,6 +97,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"FRICTION DRIVES: {driving_words(driven)}."
     if smaller := too_small(results):
         yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
+    if guessed := guessed_scales(results.attrs):
+        yield f"A GUESS: {guessed_words(guessed)}."
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

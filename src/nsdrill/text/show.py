@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from nsdrill.analysis.counts import (
     beyond_words,
     driving_words,
+    guessed_words,
     open_words,
     outrun_words,
     overspeed_words,
@@ -18,6 +19,7 @@ from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
+    GUESSED_SCALES,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
     PULSES,
@@ -165,6 +167,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  FRICTION DRIVES  {driving_words(driven)}."
     if smaller := s["too_small"]:
         yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
+    if guessed := s[GUESSED_SCALES]:
+        yield f"  A GUESS        {guessed_words(guessed)}."
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
     if exponents := s.get("exponents"):

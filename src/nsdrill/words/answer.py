@@ -14,11 +14,18 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
-from nsdrill.analysis.counts import beyond_words, driving_words, outrun_words, overspeed_words, too_small_words
+from nsdrill.analysis.counts import (
+    beyond_words,
+    driving_words,
+    guessed_words,
+    outrun_words,
+    overspeed_words,
+    too_small_words,
+)
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import DAMPING, ENDS_EARLY, FEW, GUESSED_SCALES, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
@@ -189,6 +196,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield f"FRICTION DRIVES: {driving_words(driven)}."
     if smaller := summary["too_small"]:
         yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
+    if guessed := summary[GUESSED_SCALES]:
+        yield f"A GUESS: {guessed_words(guessed)}."
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)

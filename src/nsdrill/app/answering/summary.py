@@ -16,10 +16,13 @@ import numpy as np
 
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import (
+    STARTS,
     after_failure,
     beyond,
     driving,
+    guessed_scales,
     known,
+    of_scripts,
     outrun,
     overspeeding,
     too_small,
@@ -33,6 +36,7 @@ from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measur
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
+    GUESSED_SCALES,
     IN_MEMORY,
     NOT_CARRIED_RUN,
     PULSES,
@@ -55,7 +59,7 @@ from nsdrill.models.choices import in_words, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, model_in, named_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.observe.motion_kinds import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
-from nsdrill.store import read_results, rewrite_labels, variables_in
+from nsdrill.store import read_attributes, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 from nsdrill.version import __version__
@@ -79,7 +83,8 @@ def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
     """The variables that :func:`summarize` uses, without peaks, returns and states: of
     the results file ``path``, if given, or of any model."""
     known = BY_NAME.values() if path is None else variables_in(path)
-    return tuple(variable.name for variable in known if variable.dims == POINT)
+    more = (STARTS,) if path is None else of_scripts(read_attributes(path))
+    return tuple(variable.name for variable in known if variable.dims == POINT or variable.name in more)
 
 
 def summarize(data: Results | Trace) -> Answer:
@@ -130,6 +135,7 @@ def _summarize_results(results: Results) -> Answer:
         "outrun": outrun(results),
         "driving": driving(results),
         "too_small": too_small(results),
+        GUESSED_SCALES: guessed_scales(results.attrs),
         "declares_responses": judges(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),

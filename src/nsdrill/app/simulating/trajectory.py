@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from nsdrill.analysis.counts import after_failure
-from nsdrill.app.check import without_control
+from nsdrill.app.check import of_scales, without_control
 from nsdrill.app.conversion import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
@@ -111,6 +111,8 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     if told := without_control(study, simulation.transient + simulation.observe):
+        warn(told, RunWarning)
+    for told in of_scales(study, [points_of(study, operation)]):
         warn(told, RunWarning)
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model.name).starts(points_of(study, operation), number)[0]
