@@ -11,8 +11,9 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -280,17 +281,37 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes, *, change
         if own_part(name) is None:
             raise FileError(f"{where}: {_made_with(name, script, '')}, {_lacking(script)}.")
     if not changed and (found := _changed_since(str(model), known, used)):
-        study = " (nsdrill show FILE --study prints it)" if on_command_line() else ""
-        raise FileError(
-            f"{where}: CHANGED SINCE THE RUNS: {found}. Answers would be of another one than the runs; allowed: what "
-            f"they were made with, as it was, or the study run again{study}."
-        )
+        raise changed_since(where, found)
     speak_of(str(model))
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     if "refine" in known and known["points_run"] == 0:
         raise FileError(f"{where}: the attribute points_run should be above 0. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
+
+
+def changed_since(where: str | os.PathLike[str], found: str) -> FileError:
+    """The error for results that were made with something that is another one here, which
+    ``found`` says in words."""
+    study = " (nsdrill show FILE --study prints it)" if on_command_line() else ""
+    return FileError(
+        f"{where}: CHANGED SINCE THE RUNS: {found}. Answers would be of another one than the runs; allowed: what they "
+        f"were made with, as it was, or the study run again{study}."
+    )
+
+
+def check_words(where: str | os.PathLike[str], arrays: Mapping[str, Any], variables: Iterable[Variable]) -> None:
+    """FileError where what a script measures has other units or another meaning in ``arrays``
+    than among the ``variables`` here: a number of one would be told as one of the other.
+    Arithmetic with xarray drops the attributes, of which nothing is known then."""
+    for variable in variables:
+        if variable.name not in arrays:
+            continue
+        told = [plain_attribute(arrays[variable.name].attrs, item) for item in ("long_name", "units")]
+        here = [variable.long_name, variable.units]
+        if any(old is not None and old != new for old, new in zip(told, here, strict=True)):
+            there, now = (f"{printable(str(words))[:80]} [{printable(str(unit))[:40]}]" for words, unit in (told, here))
+            raise changed_since(where, f"{variable.name}, which a script measures, is {there} there and {now} here")
 
 
 def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[str]]) -> str:
@@ -306,10 +327,10 @@ def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[st
     if graph is not None and (scripted_here is None or scripted_here.digest != graph):
         made = _made_with(model, attrs.get("model_script"))
         return f"{made}, which has other equations, defaults, ranges, responses or words here"
-    if (digest := attrs.get("model_package")) is not None:
+    if (package := attrs.get("model_package")) is not None:
         with suppress(InputError):
             described(model)
-            if package_digest(model) != digest:
+            if package_digest(model) != package:
                 return (
                     f"made with the model {printable(model)[:80]} of another package, whose files or data are others "
                     "here"
