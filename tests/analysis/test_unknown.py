@@ -24,7 +24,7 @@ from nsdrill.app.answering.answers import contrast as contrast_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.text.contrast_text import sentence
+from nsdrill.text.contrast_text import sentence, side_by_side
 from nsdrill.text.uncertainty_text import conclusion, sensitivity_lines
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, UNMEASURED, Axis, Unknown
 from nsdrill.words.answer import is_hint, warnings
@@ -331,6 +331,25 @@ def test_after_a_failed_run_nothing_of_its_chain_is_known():
     assert find_window(results)["safe"] == 1
     results = carried([[OK, DIVERGED, OK, OK]], ("same",))
     assert not after_failure(results).any(), "each begins by itself"
+
+
+def test_two_windows_count_nothing_where_nothing_is_known():
+    """No run of the second is known: it has no number of points that are free of stick-slip, or safe."""
+    known, unknown = (carried([[status] * 4], ("up",)) for status in (OK, STEP_LIMIT))
+    known["response"][..., :2] = RESPONSES["stick_slip"].bit
+    found = contrast_of(known, unknown)
+    assert found["safe"] == {"a": 2, "b": None}
+    assert found["responses"]["stick_slip"] == {"a": 2, "b": None}
+    assert found["open_points"] == {"a": 0, "b": 4}
+    told = {row[0]: row[1:] for row in side_by_side(found, "si")}
+    assert told["safe points"] == ("2 of 4 (50.0 %)", "not known")
+    assert told["stick-slip"] == ("2 of 4 (50.0 %)", "not known")
+    assert told["best point"][1] == "not known"
+    assert "4 common points an unknown number are safe with b" in sentence(found, "si")
+    unknown["status"][..., 0] = OK
+    found = contrast_of(known, unknown)
+    told = {row[0]: row[1:] for row in side_by_side(found, "si")}
+    assert told["stick-slip"] == ("2 of 4 (50.0 %)", "0 of 4 (0.0 %), not known at 3")
 
 
 @pytest.mark.parametrize(

@@ -474,6 +474,17 @@ def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is
     assert [trial.speed for trial in held] == [speed for speed, _ in corners]
 
 
+def test_a_corner_at_the_speed_of_the_setting_is_reached_by_its_weight_alone():
+    """As where only the weight was swept: the ramp of the speed had no length, and was refused."""
+    one = bench(TORSION, "operation.rotary_speed=12 rad/s")
+    here = one.point
+    corners = ((here.rotary_speed, 0.8 * here.wob), (1.05 * here.rotary_speed, here.wob))
+    plans = replace(one, corners=corners).disturbances(one.motions.start(one.study))
+    ran = [one.run(plan, Event())[0] for plan in plans if plan.name == TO_CORNER]
+    assert [(trial.speed, trial.wob) for trial in ran] == [tuple(map(pytest.approx, corner)) for corner in corners]
+    assert Outcome.UNKNOWN not in [trial.outcome for trial in ran], ran
+
+
 def test_an_excursion_tells_to_which_speed_it_went():
     one = bench(TORSION)
     speed, plans = one.point.rotary_speed, one.disturbances(one.motions.start(one.study))

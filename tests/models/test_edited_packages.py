@@ -1,5 +1,5 @@
 """A package that is edited, or whose data are, between a run and what is done with its file:
-every command says so, and nothing goes on with other numbers."""
+every command refuses it, and nothing goes on with other numbers."""
 
 import json
 import shutil
@@ -53,7 +53,7 @@ for name, ask in {
     "part": lambda: str(nsdrill.show("part.h5.part")),
     "replay": lambda: nsdrill.replay("whole.h5", at={"parameters.mu": 2.0}),
     "plot": lambda: nsdrill.plot("whole.h5"),
-    "classify": lambda: nsdrill.classify("whole.h5", "again.h5"),
+    "classify": lambda: nsdrill.classify("whole.h5", path="again.h5"),
     "retry": lambda: nsdrill.run(sys.argv[1], "whole.h5", retry_failed=True, progress=False),
     "resume": lambda: nsdrill.run(sys.argv[1], "part.h5", resume=True, progress=False),
 }.items():
@@ -93,7 +93,7 @@ def made(tmp_path_factory):
 
 
 @pytest.mark.parametrize("edit", EDITS)
-def test_an_edit_after_the_run_is_told(edit, made, tmp_path):
+def test_a_file_is_refused_after_an_edit(edit, made, tmp_path):
     folder = shutil.copytree(made, tmp_path / "copy")
     if (change := EDITS[edit]) is not None:
         name, old, new = change
@@ -104,8 +104,9 @@ def test_an_edit_after_the_run_is_told(edit, made, tmp_path):
     if change is None:
         assert not any("changed since" in words or "digest" in words for words in said.values()), said
         return
-    for name in ("show", "part"):
-        assert "made with the model bare of another package, whose files or data have changed since" in said[name]
+    for name in ("show", "part", "replay", "plot", "classify"):
+        assert said[name].startswith("refused: ")
+        assert "CHANGED SINCE THE RUNS: made with the model bare of another package, whose files or data" in said[name]
     for name in ("retry", "resume"):
         assert said[name].startswith("refused: ")
-        assert "model digest" in said[name]
+        assert "model digest" in said[name] or "CHANGED SINCE THE RUNS" in said[name]

@@ -60,7 +60,7 @@ def test_the_next_command_has_the_script(folder):
     assert "Next: nsdrill check n.yaml --with duffing.py; nsdrill run n.yaml -o out.h5 --with duffing.py" in said
 
 
-def test_a_file_says_by_which_script_it_was_made_and_another_is_told(folder):
+def test_a_file_says_by_which_script_it_was_made_and_is_refused_with_another(folder):
     import h5py
 
     command(folder, "run", "study.yaml", "-o", "out.h5", "--with", "duffing.py")
@@ -72,12 +72,16 @@ def test_a_file_says_by_which_script_it_was_made_and_another_is_told(folder):
     _, said = command(folder, "show", "out.h5", "--with", "duffing.py")
     assert "Warning" not in said
     (folder / "duffing.py").write_text(text.replace("+ x -", "+ 1.5 * x -"))
-    _, said = command(folder, "show", "out.h5", "--with", "duffing.py")
-    assert said.count("has other equations, defaults or ranges here") == 1
+    _, said = command(folder, "show", "out.h5", "--with", "duffing.py", code=2)
+    assert said.count("CHANGED SINCE THE RUNS: made with the model duffing of the script duffing.py") == 1
     at = ["--at", "parameters.force=0.3", "-o", "r.h5"]
-    _, said = command(folder, "replay", "out.h5", *at, "--with", "duffing.py")
-    assert "it does not end in the stored final state" in said
-    assert "What differs: model digest" in said
+    _, said = command(folder, "replay", "out.h5", *at, "--with", "duffing.py", code=2)
+    assert "CHANGED SINCE THE RUNS" in said
+    # the remedy: the study of the file is run again
+    again, _ = command(folder, "show", "out.h5", "--study", "--with", "duffing.py")
+    (folder / "again.yaml").write_text(again)
+    command(folder, "run", "again.yaml", "-o", "again.h5", "--with", "duffing.py")
+    command(folder, "show", "again.h5", "--with", "duffing.py")
 
 
 FAULTS = {

@@ -206,6 +206,29 @@ def test_a_file_says_what_it_has_of_a_script_that_is_not_given(tmp_path, monkeyp
     assert "left out" not in command(tmp_path, "show", "plain.h5")[1]
 
 
+def test_a_feature_in_other_words_relabels_no_old_numbers(script, tmp_path):
+    """Its file says what its numbers are and in which units; a trace, and results in memory, too."""
+    study = {"model": "torsion", "simulation": SHORT}
+    script(POWER.format(model="torsion"), "power")
+    data, trace = nsdrill.run(study, progress=False), nsdrill.simulate(study, duration="5 s")
+    for name, one in {"r.h5": data, "t.h5": trace}.items():
+        nsdrill.save(one, tmp_path / name)
+    other = POWER.format(model="torsion").replace('"W", "power', '"N m", "torque')
+    script(other.replace("bit_speed, bit_torque", "bit_torque").replace("bit_speed * ", ""), "power")
+    for ask in (
+        lambda: nsdrill.open_results(tmp_path / "r.h5"),
+        lambda: nsdrill.show(tmp_path / "r.h5"),
+        lambda: nsdrill.show(tmp_path / "t.h5"),
+        lambda: nsdrill.show(data),
+        lambda: nsdrill.plot(trace),
+    ):
+        with pytest.raises(nsdrill.FileError, match=r"CHANGED SINCE THE RUNS: bit_power.*power of the bit \[W\] there"):
+            ask()
+    script(POWER.format(model="torsion"), "power")
+    nsdrill.show(data.drop_attrs().assign_attrs(data.attrs))  # as arithmetic leaves the variables
+    assert nsdrill.open_results(tmp_path / "r.h5").bit_power_max.attrs["units"] == "W"
+
+
 TONE = """
 @nsdrill.model
 def swung(t, x=1.0, v=0.0, *, k=0.01, c=0.02, fast=nsdrill.number(1600.0, "1/m")):

@@ -6,7 +6,6 @@ import os
 import pytest
 
 import nsdrill
-from nsdrill.errors import FileWarning
 
 # How a value may be held: what stands before the function, how it reads the value, and a change
 # from 1 to 3.
@@ -91,9 +90,11 @@ def test_the_law_of_a_model_is_read_again_with_it(script):
     assert second[1] != first[1]
 
 
-def test_a_file_is_told_of_that_was_made_with_another_value(script, tmp_path):
+def test_a_file_is_refused_that_was_made_with_another_value(script, tmp_path):
     mod = script(f"C = [1.0]\n\n\n{MODEL.format(c='C[0]')}", "held_file")
     nsdrill.run(OF_MODEL, tmp_path / "out.h5", progress=False)
     mod.C[0] = 3.0
-    with pytest.warns(FileWarning, match="which has other equations, defaults or ranges here"):
+    with pytest.raises(nsdrill.FileError, match=r"CHANGED SINCE THE RUNS: .*which has other equations"):
         nsdrill.open_results(tmp_path / "out.h5")
+    mod.C[0] = 1.0
+    nsdrill.open_results(tmp_path / "out.h5").close()

@@ -109,6 +109,29 @@ def test_what_python_cannot_write_is_refused(shared, tmp_path, monkeypatch, give
     assert sorted(map(str, Path().iterdir())) == ["page.html", "trace.h5"]
 
 
+# The ways of a sweep to reach its points, and what a study has for it.
+WAYS = {
+    **{way: {"sweep.procedure": way} for way in ("same", "up", "down", "up-down", "all")},
+    "many starts": {"sweep.procedure": "same", "initial.ensemble": 2, "initial.seed": 1},
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_kind_of_report_of_every_way_to_its_points(tmp_path, way):
+    study = {"model": "torsion", "sweep": {"rotary_speed": ["3 rad/s", "8 rad/s"]}}
+    study |= {"simulation": {"transient": "2 s", "observe": "2 s"}}
+    a, b = tmp_path / "a.h5", tmp_path / "b.h5"
+    nsdrill.run(study, a, set=WAYS[way], progress=False, workers=1).close()
+    shutil.copy(a, b)
+    kinds = {"one": [a], "two": [a, b], "sheet": [a, "--one-page"], "sheets": [a, b, "--one-page"]}
+    for kind, given in kinds.items():
+        done = made(*given, "-o", tmp_path / f"{kind}.html")
+        assert done.exit_code == 0, (kind, done.output)
+    whole = html.unescape((tmp_path / "one.html").read_text(encoding="utf-8"))
+    assert "Operating window" in whole
+    assert "allowed: the run, " in whole or "allowed: none, as nothing was brought up" in whole
+
+
 def test_it_loads_nothing_and_runs_no_script(page):
     outside = re.sub(r"<style>.*?</style>|<img[^>]*>", "", page, flags=re.DOTALL)
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", outside)

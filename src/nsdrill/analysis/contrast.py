@@ -27,7 +27,9 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
       each, safe in ``both``, ``gained`` (safe in b, and known not to be in a), ``lost``
       (safe in a, and known not to be in b), and ``unknown`` in either; ``not_known``, at
       how many of them a run is not known in ``a`` and in ``b``; and for each of the
-      ``responses`` at how many it occurs in ``a`` and in ``b``, in any history;
+      ``responses`` at how many it is known to occur in ``a`` and in ``b``, in any history.
+      None stands for a number of which nothing is known, as all its points are unknown;
+    - ``open_points``: at how many of all points of ``a`` and of ``b`` a run is not known;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
       values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
@@ -63,12 +65,16 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "both": int(np.count_nonzero(safe[0] & safe[1])),
         "gained": int(np.count_nonzero(safe[1] & ~safe[0] & (state[0] != UNKNOWN))),
         "lost": int(np.count_nonzero(safe[0] & ~safe[1] & (state[1] != UNKNOWN))),
-        "safe": {side: int(np.count_nonzero(part)) for side, part in zip("ab", safe, strict=True)},
+        "safe": {
+            side: None if part.size and np.all(part == UNKNOWN) else int(np.count_nonzero(part == SAFE))
+            for side, part in zip("ab", state, strict=True)
+        },
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
         "not_known": {
-            side: int(np.count_nonzero(one.counts.known[np.ix_(*place)] < one.counts.of[np.ix_(*place)]))
+            side: int(np.count_nonzero(_is_open(one)[np.ix_(*place)]))
             for side, one, place in zip("ab", maps, places, strict=True)
         },
+        "open_points": {side: int(np.count_nonzero(_is_open(one))) for side, one in zip("ab", maps, strict=True)},
         "responses": _responses(maps, places),
         "borders": _borders(maps, places),
         "onsets": _onsets(maps, places),
@@ -86,12 +92,21 @@ def _places(a: Classes, b: Classes) -> tuple[tuple[Array, ...], tuple[Array, ...
 
 
 def _responses(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> Answer:
-    """At how many of the common points each response occurs, in ``a`` and in ``b``."""
+    """At how many of the common points each response is known to occur, in ``a`` and in ``b``;
+    None where it was met at none of them, and of none all is known."""
     bits = [one.bits[np.ix_(*place)].astype(int) for one, place in zip(maps, places, strict=True)]
-    return {
-        name: {side: int(np.count_nonzero(part & response.bit)) for side, part in zip("ab", bits, strict=True)}
-        for name, response in _told(maps).items()
-    }
+    is_open = [_is_open(one)[np.ix_(*place)] for one, place in zip(maps, places, strict=True)]
+
+    def number(side: int, bit: int) -> int | None:
+        met = int(np.count_nonzero(bits[side] & bit))
+        return None if not met and is_open[side].size and np.all(is_open[side]) else met
+
+    return {name: {"a": number(0, one.bit), "b": number(1, one.bit)} for name, one in _told(maps).items()}
+
+
+def _is_open(one: Classes) -> Array:
+    """Whether a run of each point is not known."""
+    return np.asarray(one.counts.known < one.counts.of)
 
 
 def _told(maps: list[Classes]) -> dict[str, Response]:

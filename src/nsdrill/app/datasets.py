@@ -214,11 +214,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     """The results, trace or unfinished run in ``path``; of a sweep only the variables
     ``names``, if given. The overrides are in its root attributes for all versions.
     FileError if it cannot be read."""
-    part = part_path(path)
-    if not os.path.lexists(path) and part.exists():
-        kind_of(part)  # FileError for that of a fit or a continuation
-        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
-    kind = kind_of(path)
+    kind = _kind_there(path)
     if kind == "branches":
         raise FileError(
             f"{path}: found a file of branches; allowed here: results of a sweep or a trace. show, plot and export "
@@ -230,11 +226,27 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     return with_own_axes(path, with_overrides(results))
 
 
+def attributes_for_study(path: str | os.PathLike[str]) -> Attributes:
+    """The root attributes of a file of any kind, for the study in it: also where what its runs
+    were made with was changed since, as the study is then run again."""
+    _kind_there(path)
+    return read_attributes(path, changed=True)
+
+
+def _kind_there(path: str | os.PathLike[str]) -> str:
+    """The kind of a file; FileError where there is an unfinished run in its place."""
+    part = part_path(path)
+    if not os.path.lexists(path) and part.exists():
+        kind_of(part)  # FileError for that of a fit or a continuation
+        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
+    return kind_of(path)
+
+
 def units_in(path: str | os.PathLike[str]) -> str:
     """The system of units in which the study in the file ``path`` wants answers: "si"
     also where there is no such file, which others say."""
     with suppress(NsdrillError):
-        return units_of(read_partial(path, ()).attrs if is_log(path) else read_attributes(path))
+        return units_of(read_partial(path, ()).attrs if is_log(path) else read_attributes(path, changed=True))
     return "si"
 
 

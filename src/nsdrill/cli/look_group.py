@@ -41,7 +41,7 @@ from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
     from nsdrill import data as forms
-    from nsdrill import files, store
+    from nsdrill import files
     from nsdrill.app import conversion, datasets, experiment, picture_making
     from nsdrill.app.fitting import measured
     from nsdrill.text import run_text
@@ -73,8 +73,7 @@ def show(
     if study and json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
-        attrs = store.read_attributes(data) if datasets.is_branches(data) else datasets.read_any(data, ()).attrs
-        click.echo(experiment.study_of(data, attrs), nl=False)
+        click.echo(experiment.study_of(data, datasets.attributes_for_study(data)), nl=False)
         return 0
     found = questions.show(**given)
     print_answer(found.summary, found.lines(), found.units, json)

@@ -605,6 +605,7 @@ def _summaries(
     answers.check_severity(session.results, severity, session.path)
     summaries = [("Numbers", list(text.lines(session.path, summary.summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        found = answers.window(session.results, severity, confidence)
+        results = answers.results_for_window(session.results, severity)
+        found = windows_of.find_window(results, severity, confidence)
         summaries.append(("Operating window", list(window_text.number_lines(found, units))))
     return summaries

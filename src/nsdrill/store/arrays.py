@@ -20,10 +20,10 @@ from nsdrill.models.choices import words_along
 from nsdrill.models.contents import Contents
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, own_features
 from nsdrill.records import dataclass
 from nsdrill.store.hdf5 import EDITED
-from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
+from nsdrill.store.layout import LARGEST, check_words, plain_attribute, to_memory
 from nsdrill.store.points import contents_of
 from nsdrill.units import plain_units
 from nsdrill.variables import (
@@ -150,6 +150,7 @@ class Points:
         """The points in ``arrays``; FileError where their coordinates are invalid. Not
         ``whole`` are those of a selection."""
         model = model_in(attrs)
+        check_words(where, arrays, measured_variables(model))
         keys = {name: plain_attribute(array.attrs, "key") for name, array in arrays.items() if name not in POINT}
         # An unknown is a coordinate along the samples, or a scalar where one sample is
         # selected. Arithmetic with xarray drops the attributes that name axes and unknowns.
@@ -293,6 +294,12 @@ def check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
             raise FileError(f"{where}: the coordinate {error}. {EDITED}") from error
 
 
+def measured_variables(model: Description) -> list[Variable]:
+    """What scripts measure of a model, in results and in traces."""
+    names = {name for one in own_features(model.name) for name in (one.name, *one.features)}
+    return [variable for variable in (*model.variables, *model.own_trace) if variable.name in names]
+
+
 def trace_variables(trace: Trace) -> tuple[Variable, ...]:
     """The variables of a trace, in the order of files: all of its model, without the
     optional ones that ``trace`` lacks."""
@@ -305,6 +312,7 @@ def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) ->
     time = coordinate(where, arrays, "time", remedy)
     if time.ndim != 1 or not len(time) or not np.all(np.diff(time) > 0.0):
         raise FileError(f"{where}: the coordinate time does not ascend. {remedy}")
+    check_words(where, arrays, measured_variables(model_in(attrs)))
     variables = {}
     for variable in model_in(attrs).trace:
         name = variable.name

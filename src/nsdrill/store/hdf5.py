@@ -196,10 +196,11 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
         raise damaged(path, reason(error)) from error
 
 
-def attributes_of(path: str | os.PathLike[str], file: File) -> Attributes:
-    """The root attributes of the open ``file`` as plain values. That another program wrote
-    or changed it stands among them, so that what is made from it says so too."""
-    attrs = plain_attributes(path, file.attrs)
+def attributes_of(path: str | os.PathLike[str], file: File, *, changed: bool = False) -> Attributes:
+    """The root attributes of the open ``file`` as plain values, as :func:`plain_attributes`. That
+    another program wrote or changed it stands among them, so that what is made from it says so
+    too."""
+    attrs = plain_attributes(path, file.attrs, changed=changed)
     if _is_sealed(path):
         return attrs
     return attrs | edited_together(attrs, further=f"{printable(Path(path).name)[:80]}, by another program")

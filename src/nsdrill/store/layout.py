@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -247,13 +248,16 @@ _JSON = {
 }
 
 
-_told_of: set[tuple[str, str]] = set()  # files of other equations, each of which is told of once
+_told_of: set[tuple[str, str]] = set()  # files of which something is left out, each of which is told of once
 
 
-def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attributes:
+def plain_attributes(where: str | os.PathLike[str], attrs: Attributes, *, changed: bool = False) -> Attributes:
     """Root attributes of a file or a Dataset as plain Python values; arrays stay arrays.
-    FileError, about ``where``, if an attribute of nsdrill has the wrong type. Attributes
-    of other programs are taken where they are text or numbers."""
+    FileError, about ``where``, if an attribute of nsdrill has the wrong type, and where the
+    model of a script or a package, or a drive or a law of a script, is not the one that the
+    runs were made with: labels, words and all that is computed of it would be those of
+    another one, unless ``changed`` ones are taken. Attributes of other programs are taken
+    where they are text or numbers."""
     plain: Attributes = {name: plain_attribute(attrs, name) for name in attrs}
     for name, value in plain.items():
         if (expected := _expected_type(name, value)) is not None:
@@ -272,18 +276,12 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     import_additions(str(model))
     with suppress(NsdrillError):  # what is wrong with it is told where it is used
         read_again(str(model), used)
-    for name, (script, digest) in used.items():
-        _check_part(where, name, script, digest)
+    for name, (script, _) in used.items():
+        if own_part(name) is None:
+            raise FileError(f"{where}: {_made_with(name, script, '')}, {_lacking(script)}.")
+    if not changed and (found := _changed_since(str(model), known, used)):
+        raise changed_since(where, found)
     speak_of(str(model))
-    graph, here = known.get("model_graph"), scripted(str(model))
-    if graph is not None and (here is None or here.digest != graph) and (str(where), graph) not in _told_of:
-        _told_of.add((str(where), str(graph)))
-        made = _made_with(model, known.get("model_script"))
-        warn(
-            f"{where}: {made}, which has other equations, defaults or ranges here; what is run again may differ.",
-            FileWarning,
-        )
-    _tell_of_another_package(where, str(model), known.get("model_package"))
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{where}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     if "refine" in known and known["points_run"] == 0:
@@ -291,31 +289,52 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def _check_part(where: str | os.PathLike[str], name: str, script: str, digest: str) -> None:
-    """FileError where the drive or the law of a script that a file was made with is unknown; a
-    warning where it is another one here."""
-    made, here = _made_with(name, script, ""), own_part(name)
-    if here is None:
-        raise FileError(f"{where}: {made}, {_lacking(script)}.")
-    if here.digest != digest and (str(where), digest) not in _told_of:
-        _told_of.add((str(where), digest))
-        warn(f"{where}: {made}, which computes something else here; what is run again may differ.", FileWarning)
+def changed_since(where: str | os.PathLike[str], found: str) -> FileError:
+    """The error for results that were made with something that is another one here, which
+    ``found`` says in words."""
+    study = " (nsdrill show FILE --study prints it)" if on_command_line() else ""
+    return FileError(
+        f"{where}: CHANGED SINCE THE RUNS: {found}. Answers would be of another one than the runs; allowed: what they "
+        f"were made with, as it was, or the study run again{study}."
+    )
 
 
-def _tell_of_another_package(where: str | os.PathLike[str], model: str, digest: object) -> None:
-    """Warn, once, where the files of the package of a model are not those that a file was
-    made with. A package that cannot be imported is told of where the model is asked for."""
-    if digest is None or (str(where), str(digest)) in _told_of:
-        return
-    with suppress(InputError):
-        described(model)
-        if package_digest(model) != digest:
-            _told_of.add((str(where), str(digest)))
-            warn(
-                f"{where}: made with the model {printable(model)[:80]} of another package, whose files or data have "
-                "changed since; words, labels and estimates are those of now, and what is run again may differ.",
-                FileWarning,
-            )
+def check_words(where: str | os.PathLike[str], arrays: Mapping[str, Any], variables: Iterable[Variable]) -> None:
+    """FileError where what a script measures has other units or another meaning in ``arrays``
+    than among the ``variables`` here: a number of one would be told as one of the other.
+    Arithmetic with xarray drops the attributes, of which nothing is known then."""
+    for variable in variables:
+        if variable.name not in arrays:
+            continue
+        told = [plain_attribute(arrays[variable.name].attrs, item) for item in ("long_name", "units")]
+        here = [variable.long_name, variable.units]
+        if any(old is not None and old != new for old, new in zip(told, here, strict=True)):
+            there, now = (f"{printable(str(words))[:80]} [{printable(str(unit))[:40]}]" for words, unit in (told, here))
+            raise changed_since(where, f"{variable.name}, which a script measures, is {there} there and {now} here")
+
+
+def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[str]]) -> str:
+    """What computes something else here, or speaks of it in other words, than what a file with
+    these root attributes was made with, in words; empty where nothing does. ``used`` has the
+    script and the digest of each drive and law of a script by name. A package that cannot be
+    imported is told of where the model is asked for."""
+    for name, (script, digest) in used.items():
+        here = own_part(name)
+        if here is not None and here.digest != digest:
+            return f"{_made_with(name, script, '')}, which computes something else here"
+    graph, scripted_here = attrs.get("model_graph"), scripted(model)
+    if graph is not None and (scripted_here is None or scripted_here.digest != graph):
+        made = _made_with(model, attrs.get("model_script"))
+        return f"{made}, which has other equations, defaults, ranges, responses or words here"
+    if (package := attrs.get("model_package")) is not None:
+        with suppress(InputError):
+            described(model)
+            if package_digest(model) != package:
+                return (
+                    f"made with the model {printable(model)[:80]} of another package, whose files or data are others "
+                    "here"
+                )
+    return ""
 
 
 def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: Sequence[str]) -> None:

@@ -169,10 +169,16 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
         return _points(path, file).present
 
 
-def read_attributes(path: PathLike) -> Attributes:
-    """Root attributes of a results or trace file."""
+def read_attributes(path: PathLike, *, changed: bool = False) -> Attributes:
+    """Root attributes of a file of any kind, also of the run log of an unfinished run.
+    FileError if it cannot be read, and where what its runs were made with is another one
+    here, unless ``changed`` ones are taken, as for the study in it."""
+    if kind_of(path) == "partial":
+        with RunLog.open(path, writable=False) as log:
+            attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
+            return plain_attributes(path, attrs, changed=changed)
     with hdf5.opened(path) as file:
-        return hdf5.attributes_of(path, file)
+        return hdf5.attributes_of(path, file, changed=changed)
 
 
 def read_point(path: PathLike, *index: int) -> dict[str, Array]:

@@ -56,9 +56,10 @@ def sentence(found: Answer, units: str) -> str:
         safe += f" with a probability of {100 * level:g} %"
     if any(found["safe"].values()):
         of_a, of_b = (words_of(window, units).order() for window in found["windows"])
+        number = {side: "an unknown number" if some is None else some for side, some in found["safe"].items()}
         text = (
-            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['safe']['b']} are {safe} "
-            f"with b, {found['safe']['a']} with a: {found['gained']} gained, {found['lost']} lost"
+            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {number['b']} are {safe} "
+            f"with b, {number['a']} with a: {found['gained']} gained, {found['lost']} lost"
             f"{_unknown(found)}"
         )
         parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
@@ -93,11 +94,13 @@ def _occurrence(found: Answer) -> str:
     """At how many points the responses occur with b and with a, the most frequent
     first."""
     parts = []
-    for name, pair in sorted(found["responses"].items(), key=lambda one: -max(one[1].values())):
+    for name, pair in sorted(
+        found["responses"].items(), key=lambda one: -max(number or 0 for number in one[1].values())
+    ):
         if not any(pair.values()):
             continue
         number = f"all {pair['b']}" if pair["b"] == found["points"] > 1 else f"{pair['b']}"
-        if open_side := next((side for side in "ab" if _nothing_known(found, side, pair)), ""):
+        if open_side := next((side for side in "ab" if pair[side] is None), ""):
             shown, letter = (number, "b") if open_side == "a" else (f"{pair['a']}", "a")
             parts.append(
                 f"{_responses(found)[name].words} at {shown} point{'' if shown == '1' else 's'} of {letter}, "
@@ -112,12 +115,6 @@ def _occurrence(found: Answer) -> str:
     notes = [share, f"not all is known {' and '.join(open_at)}" if open_at else ""]
     words = "; ".join(filter(None, notes))
     return ", ".join(parts or ["no response is known"] * bool(open_at)) + (f" ({words})" if words else "")
-
-
-def _nothing_known(found: Answer, side: str, pair: Mapping[str, int]) -> bool:
-    """Whether a response was met at no point of one of the two, of which at no point all is
-    known."""
-    return not pair[side] and found["not_known"][side] == found["points"]
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -234,11 +231,12 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     axes = in_order(windows[0]["axes"])
     rows: list[tuple[str, Sequence[str | None]]] = [
         ("answer", [answer(window, units) for window in windows]),
-        ("safe points", [_of_points(window, window["safe"]) for window in windows]),
+        ("safe points", [_of_points(window, window["safe"], window["unknown"]) for window in windows]),
     ]
     for name, response in _responses(found).items():
         if any(window["obstacles"].get(name) for window in windows):
-            rows.append((response.words, [_of_points(window, window["obstacles"].get(name, 0)) for window in windows]))
+            numbers = [window["obstacles"].get(name, 0) for window in windows]
+            rows.append((response.words, list(map(_of_points, windows, numbers, found["open_points"].values()))))
     rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
         sides = [best and best["margins"][axis].values() for best in bests]
@@ -257,11 +255,21 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     for key, label in words.items():
         rates = [value and fmt.value("rate_of_penetration", value) for value in rate.get(key, {}).values()]
         rows.append((label, rates))
-    return [(label, *(cell or "none" for cell in cells)) for label, cells in rows if any(cells)]
+    nothing = ["not known" if window["unknown"] == window["points"] else "none" for window in windows]
+    return [
+        (label, *(cell or other for cell, other in zip(cells, nothing, strict=True)))
+        for label, cells in rows
+        if any(cells)
+    ]
 
 
-def _of_points(window: Answer, number: int) -> str:
-    return f"{number} of {window['points']} ({100 * number / window['points']:.1f} %)"
+def _of_points(window: Answer, number: int, unknown: int) -> str:
+    """``11 of 19 (57.9 %)``, with the points of which it is ``unknown``."""
+    points = window["points"]
+    if not number and unknown == points:
+        return "not known"
+    text = f"{number} of {points} ({100 * number / points:.1f} %)"
+    return f"{text}, not known at {unknown}" if unknown else text
 
 
 def _probability(best: Answer | None) -> str | None:

@@ -231,11 +231,10 @@ class Bench:
         lifted = {"wob": ((0.0, wob), (PAUSE, above), (2 * PAUSE, above), (2 * PAUSE + self._lowered(TAG), wob))}
         found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
         for there, weight in self.corners:
-            both: Knots = {
-                "rotary_speed": ((0.0, speed), (abs(there - speed) / EXCURSION_RATE, there)),
-                "wob": ((0.0, wob), (SET_DOWN[0], weight)),
-            }
-            found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
+            moved: Knots = {"wob": ((0.0, wob), (SET_DOWN[0], weight))}
+            if there != speed:
+                moved = {"rotary_speed": ((0.0, speed), (abs(there - speed) / EXCURSION_RATE, there)), **moved}
+            found.append(Plan(TO_CORNER, Way.CORNER, moved, state=state))
         if self._moves("bit_speed") and not self.modelled:
             found += [self._held_in(*corner) for corner in self.corners]
         return found + [Plan(name, Way.KNOCK, {}, state=knocked) for name, knocked in self.knocks(state)]
