@@ -11,6 +11,8 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
+from nsdrill.analysis.advice import First
+from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -21,6 +23,7 @@ from nsdrill.analysis.trials import (
     TO_CORNER,
     WEIGHT_FIRST,
     Outcome,
+    Trial,
     Trials,
     Way,
 )
@@ -129,7 +132,7 @@ def assembly():
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
     free; faster most are, by how the bit meets the crest of its lobe. A knock lasts. The passing rate is 0.9 rpm/s."""
-    speed_first = assembly.ways_in(SPEED_FIRST)
+    speed_first = [one for one in assembly.ways_in(SPEED_FIRST) if one.rate in runs.SPEED_RATES]  # before others between
     assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 5 * RPM, 10 * RPM])
     assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "vibrates", "free", "free"]
     assert speed_first[0].responses == ("whirl",)
@@ -138,6 +141,46 @@ def test_the_trials_of_an_assembly(assembly):
     assert list(knocks) == [HELD, OFF_ROCK, ON_WALL]
     assert knocks[ON_WALL][0].responses == ("whirl",)
     assert knocks[ON_WALL][1].after == ON_WALL
+
+
+def test_the_way_that_is_ordered_has_trials_between_its_own_rates():
+    """Soft torque in 8 1/2 in: the weight first is free at 1 and 10 rpm/s, the speed first at 5 and 10 rpm/s alone.
+    Further ways of the weight first end at 4.6 rpm/s in whirl, so that the speed first, free up to the fastest rate, would
+    be ordered at 5 to 10 rpm/s, where 5.6 to 6.4 rpm/s whirl: it has further trials before, and is not."""
+    one = bench(TORSION)
+    ended = [(WEIGHT_FIRST, rate, rate > 0.5) for rate in (0.2, 1.0, 10.0)]
+    ended += [(SPEED_FIRST, rate, rate > 4.0) for rate in (0.2, 1.0, 3.0, 5.0, 10.0)]
+
+    def trials() -> list[Trial]:
+        return [
+            Trial(name, Way.IN, Outcome.FREE if is_free else Outcome.VIBRATES, rate=rate * RPM)
+            for name, rate, is_free in ended
+        ]
+
+    seen = []
+    while more := one.more_ways_in(trials()):
+        seen.append({plan.name for plan in more})
+        rates = [plan.rate / RPM for plan in more]
+        assert len(rates) == runs.MORE
+        tongue = (4.5, 5.0) if WEIGHT_FIRST in seen[-1] else (5.6, 6.4)
+        ended += [(more[0].name, rate, not tongue[0] < rate < tongue[1]) for rate in rates]
+    assert seen == [{WEIGHT_FIRST}, {SPEED_FIRST}]
+    way = came_in(None, Trials(tuple(trials())))
+    assert way.first == First.WEIGHT
+    assert way.rate == pytest.approx(RPM)
+    assert way.most < 4.5 * RPM
+    assert not Trials(tuple(trials())).withdraws
+
+
+def test_an_order_of_which_few_further_ways_are_free_is_not_taken():
+    """Two of five are not half, and two of them alone show nothing of what lies between."""
+    for free in ((5.0, 10.0), (0.2, 1.0), (3.0,)):
+        tried = tuple(
+            Trial(SPEED_FIRST, Way.IN, Outcome.FREE if rate in free else Outcome.VIBRATES, rate=rate * RPM)
+            for rate in (0.2, 1.0, 3.0, 5.0, 10.0)
+        )
+        assert Trials(tried).withdraws
+        assert came_in(None, Trials(tried)) is None
 
 
 def test_a_bent_collar_withdraws():
@@ -273,9 +316,32 @@ def test_interrupted_it_has_what_ended(torsion):
     ended = [one for one in found.trials if one.outcome != Outcome.UNKNOWN]
     assert 0 < len(ended) < len(found.trials)
     assert {one.why for one in found.trials if one.outcome == Outcome.UNKNOWN} == {"interrupted"}
+    assert answer.kind == "hint", "what is missing may withdraw it"
     told = plain_window({**find_window(results), "answer": answer}, "si")["answer"]
-    assert told["trials_interrupted"] is True
+    assert (told["trials_interrupted"], told["trials_cut_short"]) == (True, True)
     assert any(text.startswith("TRIALS INTERRUPTED") for text in told["warnings"])
+
+
+def test_where_changes_alone_are_interrupted_the_answer_is_that_of_all_trials(torsion, monkeypatch):
+    """A hint that complete trials leave is not a setting where the table of changes is cut short."""
+    monkeypatch.setattr(remedies, "SPEEDS", 3)
+    bad = iter("free" if number in (6, 7) else "vibrates" for number in range(8))  # the speed first, at 5 and 10 rpm/s
+
+    def verdict(found, severity, critical):
+        return Outcome(next(bad, "vibrates")), ("stick_slip",), ""
+
+    def interrupted(changed, told, workers):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(runs, "verdict", verdict)
+    monkeypatch.setattr(window_trials, "changed_all", interrupted)
+    results = results_for_window(torsion)
+    answer = window_trials.tried(find_window(results), results, str(torsion), workers=1)["answer"]
+    assert answer.trials.interrupted
+    assert not answer.trials.is_cut_short
+    assert sum(one.outcome == Outcome.FREE for one in answer.trials.ways_in()) == 2
+    assert answer.kind == "hint"
 
 
 def test_the_price_is_told_before(torsion):

@@ -23,6 +23,8 @@ from nsdrill.words import trial_words
 from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
+AGAIN_AS_ABOVE = "Then pick up and come in again as above"
+CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
@@ -390,8 +392,9 @@ class Words:
         if self.advice.slowly_at:
             there = self.advice.slowly_at
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+            raised = "With the weight raised" if self.carried == "wob" else "Raised slowly"
             texts = [f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates")]
-            return first_short(*texts, f"{go} Not slowly at {where}.")
+            return first_short(*texts, f"{go} {raised} within that it {verbs}.")
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
             bad = sum(one.outcome.is_bad for one in tried)
@@ -415,6 +418,8 @@ class Words:
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
                 "not run."
             )
+        if self.is_cut_short and not self.advice.narrow:
+            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
         if (tagged := self.after_tag()) and not self.advice.narrow:
             told = f"{tagged[0].upper()}{tagged[1:]}"
             return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
@@ -433,6 +438,11 @@ class Words:
         """Whether it is a hint as the sweep begins above a critical speed: of one without room only before
         trials have tried the ways in."""
         return bool(self.begun_above) and not (self.advice.narrow and self.advice.trials is not None)
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether trials of it were interrupted, so that what may withdraw it is missing."""
+        return self.advice.trials is not None and self.advice.trials.is_cut_short
 
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
@@ -528,8 +538,8 @@ class Words:
             text += f"; nothing is at {fmt.value('depth', over.above)}"
         if over.beyond is not None:
             text += f"; at {fmt.value('depth', over.beyond)} no longer"
-        if tagged := self.after_tag():
-            text += f"; {tagged}"
+        if told := self.after_tag() or (CUT_SHORT if self.is_cut_short else ""):
+            text += f"; {told}"
         return f"Hint only: {text[0].lower()}{text[1:]}." if self.advice.kind == Kind.HINT else f"{text}."
 
     def _nothing(self) -> str:
@@ -665,7 +675,17 @@ class Words:
         text = "none is known" if self.is_withdrawn else self.way(way)
         if self.untried_rate() in text and self.untried_rate():
             text += " (--trials tries it)"
-        return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+        slowly = f" {where}." if (where := self.slowly_within()) else ""
+        return f"Way in: {text[:1].lower()}{text[1:]}.{slowly}{f' Trials: {told}.' if told else ''}"
+
+    def slowly_within(self) -> str:
+        """``Brought up slowly it whirls at 12 klbf and 150 rpm``, where a point within the limits is free from a
+        quick start only and the setting is not; else ""."""
+        if self.advice.kind != Kind.QUICK_START or not self.advice.slowly_at:
+            return ""
+        there, slowly = self.advice.slowly_at, "With the weight raised" if self.carried == "wob" else "Brought up slowly"
+        where = " and ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+        return f"{slowly} it {self.verbs_of(self.advice.slowly) or 'vibrates'} at {where}"
 
     def untried_rate(self) -> str:
         """That the map crossed a vibration slowly only, where the way in leads through one; "" where
@@ -727,8 +747,7 @@ class Words:
         if way.first == First.WEIGHT:
             text = f"Set {weight}"
             if way.begins is not None:
-                low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
-                text += f" at {fmt.value('rotary_speed', low)} or less"
+                text += f" at {fmt.value('rotary_speed', way.begins)}"
             text += f", then raise the speed{to}"
             text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
             # the map, which stops at every speed, vibrates
@@ -865,13 +884,16 @@ class Words:
         return ", though that is below the limits" if one is not None and found.at < one.low else ""
 
     def raise_again(self) -> str:
-        """Where stick-slip may last at the speed to which a vibration was lowered: to come up again."""
+        """How one comes back from the speed to which a vibration was lowered: by the way in, which stands above,
+        and not with the weight on; and that stick-slip may last there."""
         found, to = self.advice.recover, self.advice.sticks_to
-        if found is None or found.axis != "rotary_speed" or found.at is None or found.at > (to or 0.0):
+        if found is None or found.at is None or self.ends_at_setting():
             return ""
+        if found.axis != "rotary_speed" or found.at > (to or 0.0):
+            return f" {AGAIN_AS_ABOVE}."
         if not isfinite(to or 0.0):
-            return f" But stick-slip, once started, {self._to(to)}."
-        return f" Then bring up again to {self.setting_of(found.axis)}: stick-slip, once started, {self._to(to)}."
+            return f" {AGAIN_AS_ABOVE}. But stick-slip, once started, {self._to(to)}."
+        return f" {AGAIN_AS_ABOVE}: stick-slip, once started, {self._to(to)}."
 
     def met_at(self, speed: float | None) -> str:
         """At which speed that was met of which the torque is told."""

@@ -22,8 +22,8 @@ from typing import TypeVar
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.advice import First, names_of
-from nsdrill.analysis.confirmed import came_in
+from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.confirmed import best_stretch
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -39,6 +39,8 @@ from nsdrill.analysis.trials import (
     Trial,
     Trials,
     Way,
+    free_stretches,
+    hopeful,
 )
 from nsdrill.app.answering import remedies
 from nsdrill.app.check import checks_of
@@ -61,6 +63,7 @@ from nsdrill.variables import OK
 RPM = pi / 30  # rad/s
 WEIGHT_RATES = (0.2 * RPM, 1.0 * RPM, 10.0 * RPM)  # rad/s^2
 SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 5.0 * RPM, 10.0 * RPM)
+FIRST_RATES = {SPEED_FIRST: SPEED_RATES, WEIGHT_FIRST: WEIGHT_RATES}  # before further ones between
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
@@ -206,15 +209,21 @@ class Bench:
         return found
 
     def more_ways_in(self, ended: Sequence[Trial]) -> list[Plan]:
-        """Further ways in between the rates of those that :func:`came_in` by the ones that
-        ``ended``; none where there is no such range."""
-        way = came_in(None, Trials(tuple(ended)))
-        if way is None or way.rate is None or way.most is None or way.most <= way.rate:
+        """Further ways in, of the order that is best by those that ``ended``, between its rates that are free; none
+        where it has them already, so that it was chosen after them, or where there is no such range."""
+        trials = Trials(tuple(ended))
+        tried = {name: len(trials.ways_in(name)) for name in FIRST_RATES}
+        judged = {
+            name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()
+        }
+        best = best_stretch(trials, judged)
+        if best is None or tried[best[0]] > len(FIRST_RATES[best[0]]):
             return []
-        rates = np.geomspace(way.rate, way.most, MORE + 2)[1:-1].tolist()
-        if way.first == First.WEIGHT:
-            return [self._weight_first(rate) for rate in rates]
-        return self._speed_first(rates)
+        name, slowest, fastest = best
+        assert slowest.rate is not None
+        assert fastest.rate is not None
+        rates = np.geomspace(slowest.rate, fastest.rate, MORE + 2)[1:-1].tolist()
+        return [self._weight_first(rate) for rate in rates] if name == WEIGHT_FIRST else self._speed_first(rates)
 
     def disturbances(self, state: Array) -> list[Plan]:
         """What disturbs the point, from a ``state`` in which it is free."""
@@ -321,8 +330,9 @@ class Bench:
             try:
                 self._time(plans, ended, threads, told, stop, workers)
                 self._batch(plans, ended, threads, told, stop)
-                plans += self.more_ways_in([trial for trial, _ in ended.values()])
-                self._batch(plans, ended, threads, told, stop)
+                while more := self.more_ways_in([trial for trial, _ in ended.values()]):
+                    plans += more
+                    self._batch(plans, ended, threads, told, stop)
                 if (state := self._free(plans, ended)) is not None:
                     plans += self.disturbances(state)
                     self._batch(plans, ended, threads, told, stop)
@@ -342,7 +352,8 @@ class Bench:
             for number, plan in enumerate(plans)
         ]
         is_clear = self.hanging is not None
-        return replace(found, trials=(*trials, *slowed), interrupted=interrupted, set_down=SET_DOWN, is_clear=is_clear)
+        found = replace(found, interrupted=interrupted, is_cut_short=interrupted)
+        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, is_clear=is_clear)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
@@ -359,7 +370,7 @@ class Bench:
                     self._batch(plans, ended, threads, told, stop)
             except KeyboardInterrupt:
                 stop.set()
-                found = replace(found, interrupted=True)
+                found = replace(found, interrupted=True, is_cut_short=True)
         return replace(found, trials=(*found.trials, *(ended[number][0] for number in sorted(ended))))
 
     def _time(

@@ -76,7 +76,7 @@ def tried(
     found = replace(found, nothing=mapped and advice.kind == Kind.NOTHING)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     within = {axis: (low, high) for axis, (low, high) in json.loads(results.attrs.get(WITHIN, "{}")).items()}
-    changed = None
+    changed, is_open = None, advice.cell is not None and advice.kind != Kind.NOTHING
     if nothing and "rotary_speed" in results.swept:
         place = _values(summary, results, motions, advice)
         if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
@@ -86,13 +86,14 @@ def tried(
         told.changes = changed.all()
     try:
         with interrupt.interruptible():
-            if advice.cell is not None and advice.kind != Kind.NOTHING:
+            if is_open:
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
                 low, speeds = ends.low if ends else None, results.coords["rotary_speed"]
                 bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
+                is_open = False
             if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
                 changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
                 found, told.changes = replace(found, wob=place["wob"]), changed.all()
@@ -101,7 +102,7 @@ def tried(
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
     except KeyboardInterrupt:
-        found = replace(found, interrupted=True)
+        found = replace(found, interrupted=True, is_cut_short=found.is_cut_short or is_open)
     return {**summary, "answer": confirmed(advice, found)}
 
 
@@ -145,16 +146,15 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     if found.best is None or not found.best.key:
         return found
     for change in sorted(found.helping, key=lambda one: (one.name == OTHER_BIT, -(one.room or 0.0)))[:MOST_CHANGES]:
-        if found.interrupted:
-            break
         motions, place = changed.point(change)
         assert change.widest is not None
         bench = Bench(motions, place, speeds, change.widest[0], changed.severity, ())
         ends = ((one, place["wob"]) for one in change.widest if one != place["rotary_speed"])
         ran = replace(bench, corners=tuple(ends)).all(Trials(), workers, told)
+        if ran.is_cut_short:  # of a part of them nothing is told
+            return replace(found, interrupted=True)
         tried = replace(change, trials=ran.trials)
-        changes = tuple(tried if one is change else one for one in found.changes)
-        found = replace(found, changes=changes, interrupted=ran.interrupted)
+        found = replace(found, changes=tuple(tried if one is change else one for one in found.changes))
         if tried.is_reached and not tried.bad:
             break
     return found
