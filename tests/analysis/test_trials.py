@@ -568,11 +568,12 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     of_map = (("rotary_speed", "wob"), "field", ("up", "down"))
     orders, goes_on = Orders(hint, *of_map), "If any vibration goes on: pick up, stop the rotation, start again."
     lower = "If it whirls: lower to 70 rpm, though that is below the limits; "
-    assert orders.do()[2] == f"{lower}the way down was free from there. {goes_on}"
+    again = "Then pick up and come in again as above. "
+    assert orders.do()[2] == f"{lower}the way down was free from there. {again}{goes_on}"
     for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
         wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
         told = Orders(wall, *of_map)
-        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay there above {above} rpm. "
+        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay there above {above} rpm. {again}"
         assert ((ended + goes_on) in told.do()) == may_stay
         assert ("the way down was free" not in " ".join(told.lines())) == may_stay
         assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay

@@ -20,6 +20,7 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
     Outcome,
@@ -528,7 +529,7 @@ def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is
     state = one.motions.start(one.study)
     plans = replace(one, corners=corners).disturbances(state)
     names = [plan.name for plan in plans if plan.way == Way.CORNER]
-    assert names == [TO_CORNER, TO_CORNER, HELD_IN_CORNER, HELD_IN_CORNER]
+    assert names == [TO_CORNER, TAGGED_IN_CORNER] * 2 + [HELD_IN_CORNER] * 2
     assert [plan.name for plan in plans][-1] == ON_WALL, "what no setting survives comes last"
     known = replace(one, corners=corners, modelled=True).disturbances(state)
     assert HELD_IN_CORNER not in [plan.name for plan in known]
@@ -538,6 +539,22 @@ def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is
         (Outcome.FREE, ()),
     ]
     assert [trial.speed for trial in held] == [speed for speed, _ in corners]
+
+
+def test_corners_are_tagged_as_the_setting_is():
+    """Soft torque, 5 klbf: off bottom the collar reaches the wall at 66 to 70 rpm. Picked up at 69 rpm for 20 s it goes
+    there, and is still there with the weight on; at 130 rpm it is not. A ramp to 69 rpm with the weight on is free."""
+    texts = ["drive.kind=soft_torque", "bit.surface_amplitude=0 mm", "operation.wob=15 klbf", "operation.rotary_speed=130 rpm"]
+    one = replace(bench(ROTARY, *texts), corners=tuple((rpm * RPM, 5 * KLBF) for rpm in (69, 160)), modelled=True)
+    state = one.motions.start(one.study)
+    plans = [plan for plan in one.disturbances(state) if plan.way == Way.CORNER]
+    assert [plan.name for plan in plans] == [TO_CORNER, TAGGED_IN_CORNER] * 2
+    ended = [one.run(plan, Event())[0] for plan in plans]
+    assert [trial.outcome for trial in ended] == [Outcome.FREE, Outcome.VIBRATES, Outcome.FREE, Outcome.FREE]
+    assert ended[1].responses == ("whirl",)
+    assert [(trial.speed, trial.wob) for trial in ended] == [corner for corner in one.corners for _ in range(2)]
+    told = next(trial_words.of_setting(Trials(tuple(ended)), trial_words.Formatter("field")))
+    assert "5 klbf and 69 rpm, picked up and tagged again: whirl" in told
 
 
 def test_an_excursion_tells_to_which_speed_it_went():

@@ -11,6 +11,7 @@ from nsdrill.analysis.trials import (
     SLOWED,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -26,6 +27,7 @@ from nsdrill.units import from_si
 from nsdrill.words.values import Formatter
 
 _WIDTH = 40
+_IN_CORNER = {HELD_IN_CORNER: ", the bit held and let go", TAGGED_IN_CORNER: ", picked up and tagged again"}
 MOST_TOLD = 3  # corners
 
 
@@ -196,7 +198,7 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         return
     if found.bad_corners:
         told = "; ".join(
-            f"{corner_words(one, fmt)}{', the bit held and let go' if one.name == HELD_IN_CORNER else ''}: "
+            f"{corner_words(one, fmt)}{_IN_CORNER.get(one.name, '')}: "
             f"{outcome_words(one)}"
             for one in found.bad_corners[-MOST_TOLD:]
         )

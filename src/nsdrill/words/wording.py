@@ -640,6 +640,8 @@ class Words:
             return f"{at} it is not drilled, as asked"
         if border.is_unsettled:
             return f"{at} a motion was still changing"
+        if border.is_on_wall:
+            return f"{at} off bottom the collar reaches the wall"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.is_jumped:

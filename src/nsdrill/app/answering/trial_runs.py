@@ -32,6 +32,7 @@ from nsdrill.analysis.trials import (
     SLOWED,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
     Change,
@@ -179,10 +180,11 @@ class Bench:
         """The weight off bottom [N]: below zero over lobes, whose crests a bit without weight touches."""
         return self.hanging or 0.0
 
-    def _lowered(self, seconds: float) -> float:
-        """How long a bit off bottom is lowered [s] until it has the weight, which is set in these
-        ``seconds``."""
-        return seconds * (1.0 - self.off_bottom / self.point.wob) if self.off_bottom < 0.0 else seconds
+    def _lowered(self, seconds: float, wob: float | None = None) -> float:
+        """How long a bit off bottom is lowered [s] until it has the weight ``wob`` [N], by default the point's, which
+        is set in these ``seconds``."""
+        weight = self.point.wob if wob is None else wob
+        return seconds * (1.0 - self.off_bottom / weight) if self.off_bottom < 0.0 else seconds
 
     # What is run
 
@@ -245,9 +247,29 @@ class Bench:
                 "wob": ((0.0, wob), (SET_DOWN[0], weight)),
             }
             found.append(Plan(TO_CORNER, Way.CORNER, both, state=state))
+            found.append(self._tagged_in(there, weight, state))
         if self._moves("bit_speed") and not self.modelled:
             found += [self._held_in(*corner) for corner in self.corners]
         return found + [Plan(name, Way.KNOCK, {}, state=knocked) for name, knocked in self.knocks(state)]
+
+    def _tagged_in(self, there: float, weight: float, state: Array) -> Plan:
+        """A pick up and tag in a corner, to which the string goes as in the trial of that."""
+        above, speed = self.off_bottom, self.point.rotary_speed
+        come = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN[0])
+        lift = come + PAUSE
+        lowered = self._lowered(TAG, weight)
+        knots: Knots = {
+            "rotary_speed": ((0.0, speed), (come, there)),
+            "wob": (
+                (0.0, self.point.wob),
+                (SET_DOWN[0], weight),
+                (lift, weight),
+                (lift + PAUSE, above),
+                (lift + 2 * PAUSE, above),
+                (lift + 2 * PAUSE + lowered, weight),
+            ),
+        }
+        return Plan(TAGGED_IN_CORNER, Way.CORNER, knots, state=state)
 
     def _held_in(self, speed: float, wob: float) -> Plan:
         """The start with the bit at rest in a corner."""
