@@ -154,7 +154,10 @@ def test_trials_confirm_or_withdraw(weight, speed, begins):
 
 def test_interrupted_trials_without_an_end_leave_the_hint():
     window = find_window(results())
-    tried = {**window, "answer": confirmed(window["answer"], replace(trials("xxx", "xxx"), interrupted=True, is_cut_short=True))}
+    tried = {
+        **window,
+        "answer": confirmed(window["answer"], replace(trials("xxx", "xxx"), interrupted=True, is_cut_short=True)),
+    }
     assert words_of(tried, "field").sentence() == SENTENCE
 
 

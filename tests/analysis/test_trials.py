@@ -6,7 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nsdrill.analysis.advice import Advice, First, Kind, Recover, Recovery, Stretch, WayIn, advise, data_of, without
+from nsdrill.analysis.advice import (
+    Advice,
+    First,
+    Kind,
+    Recover,
+    Recovery,
+    Share,
+    Stretch,
+    WayIn,
+    advise,
+    data_of,
+    without,
+)
 from nsdrill.analysis.advice import Border as Beyond
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.graded import graded
@@ -278,6 +290,31 @@ def test_what_ends_in_another_vibration_is_worse_than_what_ends_free_lower_down(
     assert "the way down was free" not in " ".join(orders)
 
 
+@pytest.mark.parametrize(
+    ("trials", "told"),
+    [
+        (
+            (*ways("...", "...."), knock(VIBRATES, ("bit_bounce",), OFF_ROCK)),
+            "knocked off the rock in a trial it bounces",
+        ),
+        (ways("...", "w..."), "in 1 of 7 ways in it whirls"),
+    ],
+)
+def test_a_share_of_starts_follows_what_trials_showed(trials, told):
+    """Free from all 8 starts; where a trial vibrates the sentence says so, and no start is told to be safe after any
+    history."""
+    starts = Share(1.0, 0.63, 1.0, 1.0, 8, 0)
+    advice = replace(POINT, kind=Kind.ANY_HISTORY, grade=Grade.ANY_HISTORY, share=starts)
+    found = confirmed(advice, Trials(trials))
+    assert found.kind == Kind.FROM_BELOW
+    said = Words(found, ("rotary_speed",), "field", ("same",)).sentence()
+    assert said.endswith(f"at 85 to 115 rpm; {told}.")
+    assert data_of(found, "rotary_speed")["share"]["any_history"] == 0.0
+    free = confirmed(advice, Trials(ways("...", "....")))
+    assert data_of(free, "rotary_speed")["share"]["any_history"] == 1.0
+    assert Words(free, ("rotary_speed",), "field", ("same",)).sentence().endswith("at 85 to 115 rpm.")
+
+
 def test_few_ways_in_are_a_warning():
     assert "FEW WAYS IN ARE FREE: 1 of 7" in " ".join(trial_words.warnings(Trials(ways(".ww", "wwww"))))
     assert not list(trial_words.warnings(Trials(ways("...", "w..."))))
@@ -537,6 +574,24 @@ def test_a_few_free_ways_among_many_are_no_way_in():
     assert confirmed(POINT, Trials((*ways("www", "ww.."), *all_free))).kind == Kind.FROM_BELOW
 
 
+def test_over_lobes_no_way_in_is_promised_without_trials():
+    """The map bounced elsewhere, and set the weight at its first speed: at lower ones nothing was run."""
+    for first, text in ((First.WEIGHT, "Way in: set 22.48 klbf at 40 rpm, then"), (First.SPEED, "Way in: off bottom ")):
+        shaken = replace(POINT, way_in=WayIn(first, begins=40 * RPM, is_shaken=True))
+        doubt = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
+        words, order = (kind(shaken, ("rotary_speed", "wob"), "field", ("up", "down")) for kind in (Words, Orders))
+        line = next(one for one in words.lines() if one.startswith("Way in"))
+        assert line.startswith(text)
+        assert "or less" not in line
+        assert doubt in line
+        assert doubt in order.do()[0]
+        assert data_of(shaken, "rotary_speed")["way_in"]["is_shaken"] is True
+        tried = confirmed(shaken, Trials(ways("...", "....")))
+        assert doubt not in " ".join(Words(tried, ("rotary_speed", "wob"), "field", ("up", "down")).lines())
+    bounces = advise(graded(grid({"up": [["b.....b"] * 5]}, np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3))))
+    assert bounces.way_in is None or bounces.way_in.is_shaken
+
+
 def test_a_slower_drive_is_not_forbidden_what_it_is_told_to_do():
     past = WayIn(First.SPEED, rate=8 * RPM, wall=(60 * RPM, 68 * RPM), crosses=True)
     found = confirmed(replace(POINT, way_in=past), Trials(ways("....ww", "ww...")))
@@ -573,7 +628,8 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
         wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
         told = Orders(wall, *of_map)
-        ended = f"{lower}what the map met had ended there, but a collar on the wall may stay there above {above} rpm. {again}"
+        may = f"a collar on the wall may stay there above {above} rpm. {again}"
+        ended = f"{lower}what the map met had ended there, but {may}"
         assert ((ended + goes_on) in told.do()) == may_stay
         assert ("the way down was free" not in " ".join(told.lines())) == may_stay
         assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay

@@ -44,7 +44,7 @@ def test_the_speed_is_first_and_nothing_forbids_it():
 
 
 def test_one_does_not_stay_where_off_bottom_the_collar_reaches_the_wall():
-    """With the weight on the map is free at 70 and 80 rpm: picked up there, between 66 and 82 rpm, it goes to the wall."""
+    """With the weight on the map is free at 70 and 80 rpm; picked up there, at 66 to 82 rpm, it goes to the wall."""
     free = ["......w"] * 5
     found = find_window(made(off_bottom(66, 82, 1.5), up=free, down=ROLLS))["answer"]
     assert found.point["rotary_speed"] > 82 * RPM
@@ -223,14 +223,14 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and come "
-            "in again as above. If any",
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
+            "come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and come "
-            "in again as above: stick-slip, once started, may last to 82 rpm. If any",
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
+            "come in again as above: stick-slip, once started, may last to 82 rpm. If any",
         ),
     ],
 )

@@ -38,7 +38,7 @@ from nsdrill.analysis.untried import (
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 from nsdrill.records import dataclass
 
 RATE = "rate_of_penetration"
@@ -180,6 +180,8 @@ class WayIn:
     """Whether the weight is set at once, as with it raised from step to step it vibrates."""
     most: float | None = None
     """The greatest rate [rad/s^2] at which trials ended free; None without trials."""
+    is_shaken: bool = False
+    """Whether runs of the map bounced over lobes, which may begin when the weight is set."""
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
@@ -889,6 +891,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     speed = _values(maps, cell).get("rotary_speed", maps.results.held.get("rotary_speed"))
     reaches = any(one["name"] == "wall_speed" for one in lasting(maps.results))
     way = WayIn() if speed is None else _past_wall(maps, speed)
+    way = replace(way, is_shaken=bool(np.any(np.bitwise_or.reduce(maps.bits, axis=None) & BIT_BOUNCE)))
     chain = chain_of(maps.results)
     is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
@@ -1241,6 +1244,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                 for name, low, high in way.crossed
             ],
             "at_once": way.at_once,
+            "is_shaken": way.is_shaken,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
                 for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))

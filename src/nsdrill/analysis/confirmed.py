@@ -31,10 +31,11 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     where any trial at it ended in a vibration, it is not safe after any history; and where one
     did after a pick up and tag with the rotation on, or trials of it were interrupted that may have
     withdrawn it, it is no more than a hint."""
-    kind, grade = advice.kind, advice.grade
+    kind, grade, share = advice.kind, advice.grade, advice.share
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
+        share = None if share is None else replace(share, any_history=0.0)
     jumped = advice.tried_kind
     if jumped is not None and trials.sure_ways and not trials.is_cut_short:
         # ramps go through the speeds that the steps of the map jump across
@@ -54,6 +55,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
         recover=end,
         way_in=way,
         trials=trials,
+        share=share,
         is_unreached=is_unreached,
         tried_kind=jumped,
     )

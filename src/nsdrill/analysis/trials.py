@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.untried import Jump, data_of_jump
 from nsdrill.data import Answer
 from nsdrill.records import dataclass
 
@@ -92,6 +93,8 @@ class Change:
     why: str = ""
     speed: float | None = None
     trials: tuple[Trial, ...] = ()
+    jump: Jump | None = None
+    """What its steps may still jump across; None where they are fine enough."""
 
     @property
     def has_room(self) -> bool:
@@ -343,6 +346,7 @@ def data_of(found: Trials, along: str) -> Answer:
                 "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
                 "room": one.room,
                 "why": one.why,
+                "jump": one.jump and data_of_jump(one.jump),
                 "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
                 "trials": _plain(one.trials),
             }

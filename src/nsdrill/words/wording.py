@@ -24,6 +24,7 @@ from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
+SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
@@ -260,10 +261,13 @@ class Words:
 
     def _shared(self) -> str:
         """Of many samples, or of many starts."""
+        told = trial_words.disturbed(self.advice.trials, self.verbs_of)
+        after = f"; {told}" if told else ""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
+            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}{after}."
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
-        return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
+        text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
+        return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
 
     @property
     def is_of_starts(self) -> bool:
@@ -419,7 +423,8 @@ class Words:
                 "not run."
             )
         if self.is_cut_short and not self.advice.narrow:
-            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
+            why = f"{CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
+            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {why}"
         if (tagged := self.after_tag()) and not self.advice.narrow:
             told = f"{tagged[0].upper()}{tagged[1:]}"
             return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
@@ -685,7 +690,10 @@ class Words:
         quick start only and the setting is not; else ""."""
         if self.advice.kind != Kind.QUICK_START or not self.advice.slowly_at:
             return ""
-        there, slowly = self.advice.slowly_at, "With the weight raised" if self.carried == "wob" else "Brought up slowly"
+        there, slowly = (
+            self.advice.slowly_at,
+            "With the weight raised" if self.carried == "wob" else "Brought up slowly",
+        )
         where = " and ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
         return f"{slowly} it {self.verbs_of(self.advice.slowly) or 'vibrates'} at {where}"
 
@@ -760,6 +768,7 @@ class Words:
                 parts = [f"stick-slip up to {fmt.value('rotary_speed', high)}", *parts]
             text += f", through {' and '.join(parts)}" if parts else ""
             text += f"; {untried}" if (untried := self.untried_rate()) else ""
+            text += f"; {SHAKEN}" if self._is_shaken(way) else ""
             return (
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
@@ -780,7 +789,13 @@ class Words:
             then += f"; {untried}" if (untried := self.untried_rate()) else ""
         elif way.crossed and not advice.trials:
             then += f"; with the weight on it comes up through {self.crossed()}"
+        if self._is_shaken(way):
+            then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def _is_shaken(self, way: WayIn) -> bool:
+        """Whether bit-bounce may begin on a way in that no trial tried, of which nothing else says so."""
+        return way.is_shaken and not self.advice.trials and "bit_bounce" not in [name for name, *_ in way.crossed]
 
     def wall_range(self, way: WayIn) -> str:
         """The speeds at which a collar off bottom reaches the wall."""

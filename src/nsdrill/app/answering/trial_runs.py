@@ -35,7 +35,6 @@ from nsdrill.analysis.trials import (
     TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
-    Change,
     Outcome,
     Trial,
     Trials,
@@ -43,7 +42,7 @@ from nsdrill.analysis.trials import (
     free_stretches,
     hopeful,
 )
-from nsdrill.app.answering import remedies
+from nsdrill.app.answering.remedies import Changed
 from nsdrill.app.check import checks_of
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
@@ -77,27 +76,43 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-SECONDS_OF_CHANGE = remedies.SPEEDS * (remedies.SETTLE + remedies.OBSERVE)
 
 Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
 
 
 class Told:
-    """What is told of the progress of ``number`` trials and of ``changes``, by ``watch``: how
-    many they are and, when the first has been timed, about how long all take."""
+    """What is told of the progress of trials and of changes of the string, by ``watch``: how many they are and, when
+    some trials have been timed, about how long all take."""
 
     def __init__(self, watch: Watch, workers: int = 1) -> None:
         self.watch, self.workers, self.price = watch, workers, ""
-        self.changes: list[Change] = []
+        self.changes = 0
+        self.of_changes, self.is_sure = 0.0, False
         self.began, self.compiled = time.monotonic(), compiling.seconds
 
+    def foresee(self, changed: Changed, is_sure: bool) -> None:
+        """The changes of the string that follow for ``is_sure``, or else where trials withdraw the setting: each way
+        up, and the trials of the best of them."""
+        found = changed.all()
+        self.changes, self.is_sure = len(found), is_sure
+        self.of_changes = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
+
     def timed(self, trials: int, simulated: float, left: float) -> None:
-        """The first run, of ``simulated`` [s], has ended; ``left`` [s] are left of the
-        ``trials``, beside the changes."""
+        """Trials, of ``simulated`` [s] in all, have ended; ``left`` [s] are left of the ``trials``, beside the
+        changes, of which the best has as many."""
         seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
-        left += len(self.changes) * SECONDS_OF_CHANGE / min(self.workers, max(len(self.changes), 1))
-        parts = [count(trials, "trial")] * bool(trials) + [count(len(self.changes), "change")] * bool(self.changes)
-        self.price = f"{' and '.join(parts)}, about {max(seconds * left / simulated, 1.0):.0f} s"
+        changes, later = count(self.changes, "change"), self.of_changes + left
+
+        def about(simulated_later: float) -> str:
+            return f"about {max(seconds * simulated_later / simulated, 1.0):.0f} s"
+
+        if not self.changes:
+            self.price = f"{count(trials, 'trial')}, {about(left)}"
+        elif self.is_sure:
+            self.price = f"{count(trials, 'trial')} and {changes}, {about(left + later)}"
+        else:
+            tells = f"where they withdraw the setting {changes} and their trials, {about(later)} more"
+            self.price = f"{count(trials, 'trial')}, {about(left)}; {tells}"
 
     def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
         self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))
@@ -215,9 +230,7 @@ class Bench:
         where it has them already, so that it was chosen after them, or where there is no such range."""
         trials = Trials(tuple(ended))
         tried = {name: len(trials.ways_in(name)) for name in FIRST_RATES}
-        judged = {
-            name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()
-        }
+        judged = {name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()}
         best = best_stretch(trials, judged)
         if best is None or tried[best[0]] > len(FIRST_RATES[best[0]]):
             return []
@@ -404,18 +417,19 @@ class Bench:
         stop: threading.Event,
         workers: int,
     ) -> None:
-        """Run the shortest two of the ``plans`` by themselves, the first as it may load the
-        compiled code; the second gives the price of all."""
+        """Run the shortest two of the ``plans`` by themselves, the first as it may load the compiled code; the
+        second gives the price of all, further ways in included."""
         order = sorted(range(len(plans)), key=lambda number: plans[number].seconds)[:2]
         for quick in order:
             told.at(len(ended), len(plans), "trials")
             told.began, told.compiled = time.monotonic(), compiling.seconds
             ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
-        left = sum(plan.seconds for plan in (*plans, *later)) / min(workers, len(plans))
+        more = MORE * sum(plan.seconds for plan in plans) / len(plans)
+        left = (sum(plan.seconds for plan in (*plans, *later)) + more) / min(workers, len(plans))
         knocks = sum(plan.way == Way.KNOCK for plan in later)
         slow = knocks * len(self.stairs()) * (SETTLE + OBSERVE) / min(workers, max(knocks, 1))
-        told.timed(len(plans) + len(later) + knocks, plans[order[-1]].seconds, left + slow)
+        told.timed(len(plans) + MORE + len(later) + knocks, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event
