@@ -9,7 +9,7 @@ import pytest
 from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
 from analysis.grids import told
-from nsdrill.analysis.advice import First, Kind, Surface, WayIn
+from nsdrill.analysis.advice import First, Kind, Surface, WayIn, data_of
 from nsdrill.analysis.confirmed import came_in, confirmed
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
@@ -48,6 +48,22 @@ def test_the_speed_is_first_and_nothing_forbids_it():
     assert "Do not stop between 54 rpm and 100 rpm off bottom: the collar goes to the wall at 60 to 68 rpm." in do_not
 
 
+def test_one_does_not_stay_where_off_bottom_the_collar_reaches_the_wall():
+    """With the weight on the map is free at 70 and 80 rpm; picked up there, at 66 to 82 rpm, it goes to the wall."""
+    free = ["......w"] * 5
+    found = find_window(made(off_bottom(66, 82, 1.5), up=free, down=ROLLS))["answer"]
+    assert found.point["rotary_speed"] > 82 * RPM
+    assert found.way_in.crosses
+    one = found.stay_within["rotary_speed"]
+    assert one.low == pytest.approx(90 * RPM)
+    assert (one.below.value, one.below.is_on_wall) == (pytest.approx(80 * RPM), True)
+    assert data_of(found, "rotary_speed")["stay_within"]["rotary_speed"]["below"]["is_on_wall"] is True
+    do_not = texts(made(off_bottom(66, 82, 1.5), up=free, down=ROLLS))[2]
+    assert "Do not go below 90 rpm: at 80 rpm off bottom the collar reaches the wall." in do_not
+    low = find_window(made(off_bottom(150, 160, 1.5), up=free, down=ROLLS))["answer"]
+    assert low.stay_within["rotary_speed"].low < 75 * RPM, "where the wall is not on the way nothing is cut"
+
+
 def test_a_range_that_no_drive_passes_is_not_crossed():
     """98 rpm/s: below the range the speed is first; above it the weight, as it was run."""
     below = texts(made(off_bottom(150, 160, 49), up=FREE, down=ROLLS))
@@ -55,7 +71,7 @@ def test_a_range_that_no_drive_passes_is_not_crossed():
     assert "Off bottom raise the speed to 100 rpm. Then set 15 klbf." in below[1]
     assert "Do not raise the speed through 150 to 160 rpm off bottom" in below[2]
     line, do, do_not = texts(made(off_bottom(60, 90, 49), up=FREE, down=ROLLS))
-    assert "set 15 klbf at 70 rpm or less" in line
+    assert "set 15 klbf at 70 rpm" in line
     assert "off bottom no drive passes 60 to 90 rpm" in do
     assert "Do not raise the speed before the weight" in do_not
     started = texts(made(off_bottom(60, 80, 49), up=["wwwwwww"] * 5, down=ROLLS, same=["......w"] * 5))
@@ -108,8 +124,8 @@ def test_where_a_start_at_the_point_vibrates_the_way_in_is_the_one_that_was_run(
     low_side = {**WALL, "off_bottom": None}
     results = made(low_side, up=FREE, down=ROLLS, same=["wwwwwww"] * 5)
     line, do, _ = texts(results)
-    assert "Way in: set 15 klbf at 70 rpm or less, then raise the speed to 100 rpm" in line
-    assert do.startswith("Set 15 klbf at 70 rpm or less. Then raise the speed to 100 rpm")
+    assert "Way in: set 15 klbf at 70 rpm, then raise the speed to 100 rpm" in line
+    assert do.startswith("Set 15 klbf at 70 rpm. Then raise the speed to 100 rpm")
     told = list(warnings(find_window(results), "field"))
     assert told[0].startswith("STARTED AT THE POINT IT WHIRLS: there it is free only on the slow way from below.")
     free = made(low_side, up=FREE, down=ROLLS, same=["......."] * 5)
@@ -171,26 +187,27 @@ def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
 @pytest.mark.parametrize(
     ("weight", "speed", "first", "rate", "most"),
     [
-        ("ff", "vff", First.SPEED, 1.0, 3.0),  # both ended free: speed first, from 1 rpm/s on
+        ("fff", "vfff", First.SPEED, 1.0, 10.0),  # both ended free: speed first, from 1 rpm/s on
         ("vv", "fff", First.SPEED, 0.2, 3.0),
-        ("ff", "vvvf", First.WEIGHT, 0.2, 1.0),  # what is free at one rate alone counts for nothing
-        ("vv", "vvff", First.SPEED, 3.0, 10.0),
+        ("fff", "vvvf", First.WEIGHT, 0.2, 3.0),  # what is free at one rate alone counts for nothing
+        ("vv", "vvff", First.SPEED, 3.0, None),  # nor at two, between which nothing was tried
         ("vv", "vvvf", First.SPEED, 3.0, None),  # as it was: the setting is withdrawn
-        ("ffv", "vvv", First.WEIGHT, 0.2, 1.0),  # not faster
-        ("vv", "ffvv", First.SPEED, 0.2, 1.0),  # although no faster one was free
-        ("vv", "vffv", First.SPEED, 1.0, 3.0),
+        ("fffv", "vvv", First.WEIGHT, 0.2, 3.0),  # not faster
+        ("vv", "fffv", First.SPEED, 0.2, 3.0),  # although no faster one was free
+        ("vv", "vfffvv", First.SPEED, 1.0, 5.0),
         ("vv", "vvv", First.SPEED, 3.0, None),
     ],
 )
 def test_trials_decide_on_the_way_in(weight, speed, first, rate, most):
     ends = {"f": Outcome.FREE, "v": Outcome.VIBRATES}
-    rates = (0.2, 1.0, 3.0, 10.0)
+    rates = {6: (0.2, 1.0, 3.0, 5.0, 7.0, 10.0)}
     tried = [
         Trial(name, Way.IN, ends[one], rate=slow * RPM)
         for name, signs in ((WEIGHT_FIRST, weight), (SPEED_FIRST, speed))
-        for one, slow in zip(signs, rates, strict=False)
+        for one, slow in zip(signs, rates.get(len(signs), (0.2, 1.0, 3.0, 10.0)), strict=False)
     ]
-    before = WayIn(First.WEIGHT if speed[-1] == "v" and "f" in speed else First.SPEED, rate=3.0 * RPM)
+    is_other = most is not None and first == First.SPEED
+    before = WayIn(First.WEIGHT if is_other else First.SPEED, rate=3.0 * RPM)
     found = came_in(before, Trials(tuple(tried)))
     assert found is not None
     assert (found.first, found.rate) == (first, rate * RPM)
@@ -211,13 +228,14 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. If any",
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
+            "come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then bring up again "
-            "to 100 rpm: stick-slip, once started, may last to 82 rpm. If any",
+            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
+            "come in again as above: stick-slip, once started, may last to 82 rpm. If any",
         ),
     ],
 )

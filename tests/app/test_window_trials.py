@@ -11,6 +11,8 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
+from nsdrill.analysis.advice import First
+from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -18,12 +20,15 @@ from nsdrill.analysis.trials import (
     ON_WALL,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
     Outcome,
+    Trial,
     Trials,
     Way,
 )
+from nsdrill.analysis.untried import Jump
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering import remedies, window_trials
 from nsdrill.app.answering import trial_runs as runs
@@ -129,7 +134,9 @@ def assembly():
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
     free; faster most are, by how the bit meets the crest of its lobe. A knock lasts. The passing rate is 0.9 rpm/s."""
-    speed_first = assembly.ways_in(SPEED_FIRST)
+    speed_first = [
+        one for one in assembly.ways_in(SPEED_FIRST) if one.rate in runs.SPEED_RATES
+    ]  # before others between
     assert [one.rate for one in speed_first] == pytest.approx([0.2 * RPM, RPM, 3 * RPM, 5 * RPM, 10 * RPM])
     assert [str(one.outcome) for one in speed_first] == ["vibrates", "free", "vibrates", "free", "free"]
     assert speed_first[0].responses == ("whirl",)
@@ -138,6 +145,46 @@ def test_the_trials_of_an_assembly(assembly):
     assert list(knocks) == [HELD, OFF_ROCK, ON_WALL]
     assert knocks[ON_WALL][0].responses == ("whirl",)
     assert knocks[ON_WALL][1].after == ON_WALL
+
+
+def test_the_way_that_is_ordered_has_trials_between_its_own_rates():
+    """Soft torque in 8 1/2 in: the weight first is free at 1 and 10 rpm/s, the speed first at 5 and 10 rpm/s alone.
+    Further ways of the weight first end at 4.6 rpm/s in whirl, so that the speed first, free up to the fastest rate,
+    would be ordered at 5 to 10 rpm/s, where 5.6 to 6.4 rpm/s whirl: it has further trials before, and is not."""
+    one = bench(TORSION)
+    ended = [(WEIGHT_FIRST, rate, rate > 0.5) for rate in (0.2, 1.0, 10.0)]
+    ended += [(SPEED_FIRST, rate, rate > 4.0) for rate in (0.2, 1.0, 3.0, 5.0, 10.0)]
+
+    def trials() -> list[Trial]:
+        return [
+            Trial(name, Way.IN, Outcome.FREE if is_free else Outcome.VIBRATES, rate=rate * RPM)
+            for name, rate, is_free in ended
+        ]
+
+    seen = []
+    while more := one.more_ways_in(trials()):
+        seen.append({plan.name for plan in more})
+        rates = [plan.rate / RPM for plan in more]
+        assert len(rates) == runs.MORE
+        tongue = (4.5, 5.0) if WEIGHT_FIRST in seen[-1] else (5.6, 6.4)
+        ended += [(more[0].name, rate, not tongue[0] < rate < tongue[1]) for rate in rates]
+    assert seen == [{WEIGHT_FIRST}, {SPEED_FIRST}]
+    way = came_in(None, Trials(tuple(trials())))
+    assert way.first == First.WEIGHT
+    assert way.rate == pytest.approx(RPM)
+    assert way.most < 4.5 * RPM
+    assert not Trials(tuple(trials())).withdraws
+
+
+def test_an_order_of_which_few_further_ways_are_free_is_not_taken():
+    """Two of five are not half, and two of them alone show nothing of what lies between."""
+    for free in ((5.0, 10.0), (0.2, 1.0), (3.0,)):
+        tried = tuple(
+            Trial(SPEED_FIRST, Way.IN, Outcome.FREE if rate in free else Outcome.VIBRATES, rate=rate * RPM)
+            for rate in (0.2, 1.0, 3.0, 5.0, 10.0)
+        )
+        assert Trials(tried).withdraws
+        assert came_in(None, Trials(tried)) is None
 
 
 def test_a_bent_collar_withdraws():
@@ -273,9 +320,32 @@ def test_interrupted_it_has_what_ended(torsion):
     ended = [one for one in found.trials if one.outcome != Outcome.UNKNOWN]
     assert 0 < len(ended) < len(found.trials)
     assert {one.why for one in found.trials if one.outcome == Outcome.UNKNOWN} == {"interrupted"}
+    assert answer.kind == "hint", "what is missing may withdraw it"
     told = plain_window({**find_window(results), "answer": answer}, "si")["answer"]
-    assert told["trials_interrupted"] is True
+    assert (told["trials_interrupted"], told["trials_cut_short"]) == (True, True)
     assert any(text.startswith("TRIALS INTERRUPTED") for text in told["warnings"])
+
+
+def test_where_changes_alone_are_interrupted_the_answer_is_that_of_all_trials(torsion, monkeypatch):
+    """A hint that complete trials leave is not a setting where the table of changes is cut short."""
+    monkeypatch.setattr(remedies, "SPEEDS", 3)
+    bad = iter("free" if number in (6, 7) else "vibrates" for number in range(8))  # the speed first, at 5 and 10 rpm/s
+
+    def verdict(found, severity, critical):
+        return Outcome(next(bad, "vibrates")), ("stick_slip",), ""
+
+    def interrupted(changed, told, workers, as_mapped):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(runs, "verdict", verdict)
+    monkeypatch.setattr(window_trials, "changed_all", interrupted)
+    results = results_for_window(torsion)
+    answer = window_trials.tried(find_window(results), results, str(torsion), workers=1)["answer"]
+    assert answer.trials.interrupted
+    assert not answer.trials.is_cut_short
+    assert sum(one.outcome == Outcome.FREE for one in answer.trials.ways_in()) == 2
+    assert answer.kind == "hint"
 
 
 def test_the_price_is_told_before(torsion):
@@ -283,7 +353,9 @@ def test_the_price_is_told_before(torsion):
     results = results_for_window(torsion)
     window_trials.tried(find_window(results), results, str(torsion), workers=1, watch=seen.append)
     priced = next(number for number, one in enumerate(seen) if one.price)
-    assert seen[priced].price.startswith("15 trials, about ")
+    price = seen[priced].price
+    assert price.startswith("25 trials, about "), "with eight further ways in"
+    assert "; where they withdraw the setting 3 changes and their trials, about " in price
     assert seen[priced].done == 2
 
 
@@ -296,7 +368,7 @@ def test_the_command(torsion, monkeypatch, capsys):
     found = json.loads(out)["answer"]
     assert found == json.loads(json.dumps(nsdrill.window(str(torsion), trials=True)["answer"]))
     assert {one["outcome"] for one in found["trials"] if one["way"] == "in"} == {"free"}
-    assert "15 trials, about" in err
+    assert "25 trials, about" in err
 
 
 def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
@@ -350,6 +422,54 @@ def test_changes_that_are_there_already_or_not_read_are_not_run():
     assert "drillstring.collar.span" not in [
         one.key for one in remedies.Changed(torsion.motions, torsion.values, torsion.speeds).all()
     ]
+
+
+def test_the_price_of_changes_is_that_of_their_runs():
+    """Of 25 speeds, each held as long as in the file, and the trials of the best."""
+    long = bench(TORSION, "simulation.transient=300 s", "simulation.observe=60 s")
+    changed = remedies.Changed(long.motions, long.values, long.speeds)
+    assert [changed.seconds(one) for one in changed.all()] == [25 * 360.0] * 3
+    told = runs.Told(lambda progress: None)
+    told.foresee(changed, is_sure=True)
+    told.began -= 10.0
+    told.timed(20, 100.0, 1000.0)
+    trials, seconds = told.price.split(", about ")
+    assert trials == "20 trials and 3 changes"
+    assert float(seconds.split()[0]) == pytest.approx((3 * 25 * 360 + 2 * 1000) / 10, rel=0.1)
+
+
+def test_steps_of_changes_do_not_jump_across_the_wall():
+    """Every change is as fine as the file must be where the collar reaches the wall; 25 speeds over 40 to 200 rpm are
+    6.7 rpm apart. What a change may still jump across is told."""
+    coarse = replace(bench(ROTARY, "bit.surface_amplitude=0 mm", "operation.wob=6 klbf"))
+    changed = remedies.Changed(coarse.motions, coarse.values, np.array([40.0, 200.0]) * RPM)
+    study = changed.study_of(remedies.AS_IT_IS)
+    speeds = study.axes["rotary_speed"]
+    assert len(speeds) > remedies.SPEEDS
+    assert not any(one["jumped"] for one in lasting_motions(study))
+    fixed = replace(study, axes={**study.axes, "rotary_speed": np.linspace(speeds[0], speeds[-1], remedies.SPEEDS)})
+    jumped = next(one["jumped"] for one in lasting_motions(fixed) if one["jumped"])
+    jump = Jump("rotary_speed", jumped["from"], jumped["to"], jumped["enough"], jumped["step"], "whirl")
+    free = replace(remedies.AS_IT_IS, free=((speeds[0], speeds[-1]),), room=2.0, jump=jump)
+    row = list(trial_words.lines(Trials(changes=(free,)), "rotary_speed", trial_words.Formatter("field")))[1]
+    assert "; steps of 6.667 rpm may jump across whirl at " in row
+
+
+def test_the_string_as_it_is_does_what_the_map_shows(tmp_path, monkeypatch):
+    """At 12.7 mm the map allows nothing at any of its speeds: a way up of other steps shows no more."""
+    monkeypatch.setattr(remedies, "SPEEDS", 3)
+    study = parse_study(TORSION, "the test", ["sweep.rotary_speed={from: 4 rad/s, to: 9 rad/s, points: 6}"])
+    run_study(study, tmp_path / "out.h5", workers=1)
+    seen = []
+    ran = remedies.Changed.run
+    monkeypatch.setattr(remedies.Changed, "run", lambda changed, one: seen.append(one.name) or ran(changed, one))
+    found = nsdrill.window(str(tmp_path / "out.h5"), trials=True)["answer"]
+    assert found["kind"] == "nothing"
+    assert found["changes"][0]["name"] == "none"
+    assert found["changes"][0]["free"] == []
+    assert found["changes"][0]["room"] == 0.0
+    assert "none" not in seen
+    assert "weight" in seen
 
 
 def test_changes_keep_to_where_one_drills():
@@ -462,7 +582,7 @@ def test_corners_are_started_with_the_bit_at_rest_where_the_end_of_stick_slip_is
     state = one.motions.start(one.study)
     plans = replace(one, corners=corners).disturbances(state)
     names = [plan.name for plan in plans if plan.way == Way.CORNER]
-    assert names == [TO_CORNER, TO_CORNER, HELD_IN_CORNER, HELD_IN_CORNER]
+    assert names == [TO_CORNER, TAGGED_IN_CORNER] * 2 + [HELD_IN_CORNER] * 2
     assert [plan.name for plan in plans][-1] == ON_WALL, "what no setting survives comes last"
     known = replace(one, corners=corners, modelled=True).disturbances(state)
     assert HELD_IN_CORNER not in [plan.name for plan in known]
@@ -483,6 +603,27 @@ def test_a_corner_at_the_speed_of_the_setting_is_reached_by_its_weight_alone():
     ran = [one.run(plan, Event())[0] for plan in plans if plan.name == TO_CORNER]
     assert [(trial.speed, trial.wob) for trial in ran] == [tuple(map(pytest.approx, corner)) for corner in corners]
     assert Outcome.UNKNOWN not in [trial.outcome for trial in ran], ran
+
+
+def test_corners_are_tagged_as_the_setting_is():
+    """Soft torque, 5 klbf: off bottom the collar reaches the wall at 66 to 70 rpm. Picked up at 69 rpm for 20 s it goes
+    there, and is still there with the weight on; at 130 rpm it is not. A ramp to 69 rpm with the weight on is free."""
+    texts = [
+        "drive.kind=soft_torque",
+        "bit.surface_amplitude=0 mm",
+        "operation.wob=15 klbf",
+        "operation.rotary_speed=130 rpm",
+    ]
+    one = replace(bench(ROTARY, *texts), corners=tuple((rpm * RPM, 5 * KLBF) for rpm in (69, 160)), modelled=True)
+    state = one.motions.start(one.study)
+    plans = [plan for plan in one.disturbances(state) if plan.way == Way.CORNER]
+    assert [plan.name for plan in plans] == [TO_CORNER, TAGGED_IN_CORNER] * 2
+    ended = [one.run(plan, Event())[0] for plan in plans]
+    assert [trial.outcome for trial in ended] == [Outcome.FREE, Outcome.VIBRATES, Outcome.FREE, Outcome.FREE]
+    assert ended[1].responses == ("whirl",)
+    assert [(trial.speed, trial.wob) for trial in ended] == [corner for corner in one.corners for _ in range(2)]
+    told = next(trial_words.of_setting(Trials(tuple(ended)), trial_words.Formatter("field")))
+    assert "5 klbf and 69 rpm, picked up and tagged again: whirl" in told
 
 
 def test_an_excursion_tells_to_which_speed_it_went():

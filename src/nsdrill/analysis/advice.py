@@ -38,7 +38,7 @@ from nsdrill.analysis.untried import (
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 from nsdrill.records import dataclass
 
 RATE = "rate_of_penetration"
@@ -86,6 +86,8 @@ class Border:
     carried has any."""
     is_unsettled: bool = False
     """Whether it is free, but a motion was still changing there."""
+    is_on_wall: bool = False
+    """Whether it is allowed, but off bottom the collar reaches the wall there, on the way in and when picked up."""
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,8 @@ class WayIn:
     """Whether the weight is set at once, as with it raised from step to step it vibrates."""
     most: float | None = None
     """The greatest rate [rad/s^2] at which trials ended free; None without trials."""
+    is_shaken: bool = False
+    """Whether runs of the map bounced over lobes, which may begin when the weight is set."""
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
@@ -463,16 +467,18 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         kind = Kind.QUICK_START if is_started else Kind.FROM_BELOW
         kind = Kind.ANY_HISTORY if choice.is_better else kind
     settings = [(axis, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis and axis != "depth"]
-    lines = {axis: _stretch(maps, field_, cell, place, levels) for axis, place in settings}
-    ends = lines if len(settings) < 2 else _rectangle(maps, field_, cell, levels)
+    drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
+    way = _way_in(maps, cell) if drills else None
+    off_wall = field_ & _above_wall(maps, cell, way)
+    lines = {axis: _stretch(maps, off_wall, cell, place, levels) for axis, place in settings}
+    ends = lines if len(settings) < 2 else _rectangle(maps, off_wall, cell, levels)
+    lines, ends = (_told_of_wall(found, way) for found in (lines, ends))
     # what is allowed goes on beyond what is safe after any history
     reach = (maps.fields[choice.field] if through is None else through) & near
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
     if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
-    drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
-    way = _way_in(maps, cell) if drills else None
     is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
@@ -507,6 +513,29 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         tried_kind=tried_kind,
         settled_only=maps.settled_only,
     )
+
+
+def _above_wall(maps: Graded, cell: Cell, way: WayIn | None) -> Array:
+    """The points, bool [third, y, x], above the speeds that the ``way`` in passes without a stop off bottom, where the
+    collar reaches the wall: one that strays there and picks up is on the wall. All, where the cell itself is
+    not above them."""
+    order, speed = (maps.third, maps.y, maps.x), "rotary_speed"
+    if way is None or way.wall is None or not way.crosses or speed not in order:
+        return np.ones(maps.grade.shape, dtype=bool)
+    place = order.index(speed)
+    above = maps.values(speed) > way.wall[1]
+    return np.broadcast_to(along_axis(above | (not above[cell[place]]), place), maps.grade.shape)
+
+
+def _told_of_wall(found: Mapping[str, Stretch], way: WayIn | None) -> dict[str, Stretch]:
+    """The stretches as ``found``, with that the wall ends them where a point that is allowed lies below."""
+    one = found.get("rotary_speed")
+    if one is None or way is None or way.wall is None or not way.crosses or one.below.value is None:
+        return dict(found)
+    is_allowed = one.below.grade is not None and one.below.grade >= Grade.FROM_START
+    if not (is_allowed and one.below.value <= way.wall[1] < one.low):
+        return dict(found)
+    return {**found, "rotary_speed": replace(one, below=replace(one.below, is_on_wall=True))}
 
 
 def sticks_to(maps: Graded, cell: Cell) -> float | None:
@@ -864,6 +893,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
     speed = _values(maps, cell).get("rotary_speed", maps.results.held.get("rotary_speed"))
     reaches = any(one["name"] == "wall_speed" for one in lasting(maps.results))
     way = WayIn() if speed is None else _past_wall(maps, speed)
+    way = replace(way, is_shaken=bool(np.any(np.bitwise_or.reduce(maps.bits, axis=None) & BIT_BOUNCE)))
     chain = chain_of(maps.results)
     is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
     if maps.along == "wob" and "wob" in (maps.x, maps.y):
@@ -1217,6 +1247,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                 for name, low, high in way.crossed
             ],
             "at_once": way.at_once,
+            "is_shaken": way.is_shaken,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
                 for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))
@@ -1287,6 +1318,7 @@ FLAGS = (
     "is_gap",
     "is_unsettled",
     "is_started",
+    "is_on_wall",
 )  # of a border, given where they hold
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,13 +29,15 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     is no more than a hint; one that was a hint as no way in was known, or as the steps of the sweep may
     have jumped across a vibration, is a setting where one did;
     where any trial at it ended in a vibration, it is not safe after any history; and where one
-    did after a pick up and tag with the rotation on, it is no more than a hint."""
-    kind, grade = advice.kind, advice.grade
+    did after a pick up and tag with the rotation on, or trials of it were interrupted that may have
+    withdrawn it, it is no more than a hint."""
+    kind, grade, share = advice.kind, advice.grade, advice.share
     ended = (one.outcome for one in trials.trials if one.name != SLOWED and one.way != Way.CORNER)
     if any(one.is_bad for one in ended) and grade == Grade.ANY_HISTORY:
         kind, grade = Kind.FROM_BELOW if kind == Kind.ANY_HISTORY else kind, Grade.FROM_BELOW_ONLY
+        share = None if share is None else replace(share, any_history=0.0)
     jumped = advice.tried_kind
-    if jumped is not None and trials.sure_ways:
+    if jumped is not None and trials.sure_ways and not trials.is_cut_short:
         # ramps go through the speeds that the steps of the map jump across
         kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
     way = came_in(advice.way_in, trials)
@@ -42,7 +45,8 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
     is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
     if advice.is_unreached and not is_unreached:
         kind = Kind.QUICK_START
-    if (trials.withdraws or trials.bad_tag is not None) and kind in RECOMMENDED:
+    is_withdrawn = trials.withdraws or trials.bad_tag is not None or trials.is_cut_short
+    if is_withdrawn and kind in RECOMMENDED:
         kind = Kind.HINT
     return replace(
         advice,
@@ -51,32 +55,46 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
         recover=end,
         way_in=way,
         trials=trials,
+        share=share,
         is_unreached=is_unreached,
         tried_kind=jumped,
     )
 
 
 def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
-    """The way in as trials ended free on it, with the rate from which on all of them did: the
-    speed first, unless that asks for a rate above :data:`EASY` and the weight first does not;
-    where neither is free up to the fastest rate, over the most rates side by side. Where none can
-    be relied on, as it was ``found``."""
-    ways = [(First.SPEED, trials.ways_in(SPEED_FIRST)), (First.WEIGHT, trials.ways_in(WEIGHT_FIRST))]
-    free = [(first, tried, *ends) for first, tried in ways for ends in free_stretches(tried)]
-    sure = trials.sure_ways
-    if not free and sure:  # before what is beside it was tried
-        free = [(first, tried, at, at) for first, tried in ways for at, one in enumerate(tried) if one in sure]
-    if not free:
+    """The way in as trials ended free on it, the :func:`best_stretch` of those that can be relied on. Where
+    none can, as it was ``found``."""
+    best = best_stretch(trials, dict.fromkeys(ORDERS, free_stretches))
+    if best is None:
         return found
+    name, slowest, fastest = best
+    return replace(found or WayIn(), first=ORDERS[name], rate=slowest.rate, most=fastest.rate)
 
-    def worth(one: tuple[First, list[Trial], int, int]) -> tuple[float, ...]:
-        first, tried, low, high = one
+
+ORDERS = {SPEED_FIRST: First.SPEED, WEIGHT_FIRST: First.WEIGHT}
+Stretches = Callable[[Sequence[Trial]], list[tuple[int, int]]]
+
+
+def best_stretch(trials: Trials, stretches: Mapping[str, Stretches]) -> tuple[str, Trial, Trial] | None:
+    """The name of the ways in to choose, and the slowest and the fastest of those side by side, of the
+    ``stretches`` of each name: the speed first, unless that asks for a rate above :data:`EASY` and the
+    weight first does not; where neither is free up to the fastest rate, over the most rates. None where
+    there are none."""
+    free = []
+    for name, found in stretches.items():
+        ways = trials.ways_in(name)
+        free += [(name, ways, *ends) for ends in found(ways)]
+
+    def worth(one: tuple[str, list[Trial], int, int]) -> tuple[float, ...]:
+        name, tried, low, high = one
         if high < len(tried) - 1:
             return False, 0.0, False, high - low
-        return True, -max(tried[low].rate or 0.0, EASY), first == First.SPEED, high - low
+        return True, -max(tried[low].rate or 0.0, EASY), name == SPEED_FIRST, high - low
 
-    first, tried, low, high = max(free, key=worth)
-    return replace(found or WayIn(), first=first, rate=tried[low].rate, most=tried[high].rate)
+    if not free:
+        return None
+    name, tried, low, high = max(free, key=worth)
+    return name, tried[low], tried[high]
 
 
 def without_promise(before: Recover | None, end: Recover | None, way: WayIn | None, trials: Trials) -> Recover | None:

@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.untried import Jump, data_of_jump
 from nsdrill.data import Answer
 from nsdrill.records import dataclass
 
@@ -21,7 +22,9 @@ TO_CORNER, HELD_IN_CORNER = "to a corner of the limits", "in a corner, the bit h
 ON_WALL, OFF_ROCK, HELD = "knocked on to the wall", "knocked off the rock", "the bit held and let go"
 SLOWED = "then slowed"
 TAGGED = "picked up and tagged again"
+TAGGED_IN_CORNER = "in a corner, picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
+RESOLVED = 1.2  # the ratio of two rates of which both are free, up to which what lies between needs no trial
 OTHER_BIT = "lobes"  # the change that no rig can make of its bit, so that every other one comes before it
 
 
@@ -90,6 +93,8 @@ class Change:
     why: str = ""
     speed: float | None = None
     trials: tuple[Trial, ...] = ()
+    jump: Jump | None = None
+    """What its steps may still jump across; None where they are fine enough."""
 
     @property
     def has_room(self) -> bool:
@@ -131,6 +136,8 @@ class Trials:
     observed: float = 0.0
     wob: float | None = None
     interrupted: bool = False
+    is_cut_short: bool = False
+    """Whether trials of the setting itself were interrupted, so that what may withdraw it is missing."""
     samples: bool = False
     """Whether the file has samples: trials have the values that the study gives."""
     depth: float | None = None
@@ -189,17 +196,16 @@ class Trials:
 
     @property
     def sure_ways(self) -> list[Trial]:
-        """The ways in that ended free and can be relied on; where trials were interrupted, all that
-        ended free."""
-        if self.interrupted:
-            return [one for one in self.ways_in() if one.outcome == Outcome.FREE]
+        """The ways in that ended free and can be relied on; what was not run is not free."""
         return sure_ways(self.trials)
 
     @property
     def withdraws(self) -> bool:
-        """Whether no way in ended free that can be relied on, although one at least was run."""
-        ran = any(one.outcome != Outcome.UNKNOWN or not self.interrupted for one in self.ways_in())
-        return ran and not self.sure_ways
+        """Whether no way in ended free that can be relied on, where ways in were run; of those that were
+        interrupted this is not known, unless all of them ended."""
+        ways = self.ways_in()
+        is_open = self.is_cut_short and any(one.outcome == Outcome.UNKNOWN for one in ways)
+        return bool(ways) and not is_open and not self.sure_ways
 
     @property
     def as_it_is(self) -> Change | None:
@@ -254,12 +260,28 @@ def bad_tag(trials: Iterable[Trial]) -> Trial | None:
 
 
 def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
-    """The first and last place of each stretch of ``ways``, the slower first, that ended free: of two
-    or more, and of half of all, as what is free at one of several rates alone, or at a few of many, is so by
-    chance."""
+    """The first and last place of each stretch of ``ways``, the slower first, that ended free: of half of all
+    at least, as what is free at a few of many rates is so by chance, and
+    :func:`are_resolved`."""
+
+    return [
+        (first, last)
+        for first, last in hopeful(ways)
+        if 2 * (last - first + 1) >= len(ways) and (len(ways) == 1 or are_resolved(ways[first : last + 1]))
+    ]
+
+
+def are_resolved(ways: Sequence[Trial]) -> bool:
+    """Whether ``ways`` side by side that ended free, the slower first, tell what lies between them: three or more,
+    or two at rates as near as :data:`RESOLVED`."""
+    return len(ways) > 2 or (len(ways) == 2 and (ways[1].rate or 0.0) <= RESOLVED * (ways[0].rate or 0.0))
+
+
+def hopeful(ways: Sequence[Trial]) -> list[tuple[int, int]]:
+    """The first and last place of each stretch of ``ways``, the slower first, of which two or more side by side
+    ended free: further ones between them show whether it can be relied on."""
     found = stretches(np.array([one.outcome == Outcome.FREE for one in ways], dtype=bool))
-    least = min(len(ways), max(2, len(ways) // 2))
-    return [(first, last) for first, last in found if last - first + 1 >= least]
+    return [(first, last) for first, last in found if last - first + 1 >= min(len(ways), 2)]
 
 
 def sure_ways(trials: Sequence[Trial]) -> list[Trial]:
@@ -324,6 +346,7 @@ def data_of(found: Trials, along: str) -> Answer:
                 "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
                 "room": one.room,
                 "why": one.why,
+                "jump": one.jump and data_of_jump(one.jump),
                 "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
                 "trials": _plain(one.trials),
             }
@@ -334,5 +357,6 @@ def data_of(found: Trials, along: str) -> Answer:
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),
         "off_bottom_clear": found.is_clear,
         "trials_interrupted": found.interrupted,
+        "trials_cut_short": found.is_cut_short,
         "trials_differing": list(found.differing),
     }

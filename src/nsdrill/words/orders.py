@@ -8,10 +8,10 @@ from itertools import islice, takewhile
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial, are_resolved
 from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE
-from nsdrill.words.wording import Words, period_words
+from nsdrill.words.wording import CUT_SHORT, Words, period_words
 
 MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
@@ -40,6 +40,8 @@ class Orders(Words):
             yield f"Have the map run again, with longer runs, before {doing} by this page: its runs {these}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: {self.over_jump()}."
+        elif self.advice.kind == Kind.HINT and self.is_cut_short:
+            yield f"Take {self.setting()} as a hint only: {CUT_SHORT}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
         elif self.advice.kind == Kind.HINT and self.is_above:
@@ -76,20 +78,21 @@ class Orders(Words):
             return ""
         free = self._slower_ways()
         if free and free[-1].rate:
-            rate = self.fmt.rates(free[0].rate or 0.0, free[-1].rate) if len(free) > 1 else self.fmt.rate(free[-1].rate)
+            rate = self.fmt.rates(free[0].rate or 0.0, free[-1].rate)
             return f" If the drive is slower: weight first, then the speed at {rate}."
         return " If the drive is slower: do not use this setting."
 
     def _slower_ways(self) -> list[Trial]:
         """The trials of the weight first that ended free, at rates below that which the speed first
-        asks for, the slowest first."""
+        asks for, the slowest first; none where too few were tried to tell what lies between."""
         way, found = self.advice.way_in, self.advice.trials
         least = self._rate(way)
         if way is None or way.first != First.SPEED or least is None or found is None:
             return []
         sure = found.sure_ways
         slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least]
-        return list(takewhile(lambda one: one in sure, slower))
+        free = list(takewhile(lambda one: one in sure, slower))
+        return free if are_resolved(free) else []
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
@@ -201,6 +204,9 @@ class Orders(Words):
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
         yield from self._not_first(way)
+        if within := self.slowly_within():
+            raising = "weight" if self.carried == "wob" else "speed"
+            yield f"Do not raise the {raising} slowly: {within[:1].lower()}{within[1:]}."
         if found is not None and found.outcome == Recovery.LASTS:
             rolls = self.may_stay() if "whirl" in found.responses else ""
             lower = "take weight off" if found.axis == "wob" else "slow down"

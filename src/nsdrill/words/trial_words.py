@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from nsdrill.analysis.trials import (
     HELD,
@@ -11,6 +11,7 @@ from nsdrill.analysis.trials import (
     SLOWED,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     WEIGHT_FIRST,
     Change,
     Outcome,
@@ -26,6 +27,7 @@ from nsdrill.units import from_si
 from nsdrill.words.values import Formatter
 
 _WIDTH = 40
+_IN_CORNER = {HELD_IN_CORNER: ", the bit held and let go", TAGGED_IN_CORNER: ", picked up and tagged again"}
 MOST_TOLD = 3  # corners
 
 
@@ -64,6 +66,19 @@ def slowed_to(found: Trials | None, fmt: Formatter) -> str:
     return ""
 
 
+def disturbed(found: Trials | None, verbs_of: Callable[[Iterable[str]], str]) -> str:
+    """By what trial the setting vibrates, in a few words: ``knocked off the rock in a trial it bounces``, or of the
+    ways in how many do; "" where by none."""
+    bad = [one for one in found.trials if one.outcome.is_bad] if found is not None else []
+    others = [one for one in bad if one.way not in (Way.IN, Way.CORNER) and one.name != SLOWED]
+    ways = [one for one in bad if one.way == Way.IN]
+    if others:
+        return f"{others[0].name} in a trial it {verbs_of(others[0].responses) or 'stalls'}"
+    if found is not None and ways:
+        return f"in {len(ways)} of {count(len(found.ways_in()), 'way')} in it {verbs_of(ways[0].responses) or 'stalls'}"
+    return ""
+
+
 def outcome_words(one: Trial) -> str:
     """``free``, ``whirl``, ``not known: interrupted``."""
     if one.outcome == Outcome.UNKNOWN:
@@ -88,7 +103,11 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
     free = f"{fmt.range_inwards(along, *change.widest)}{where}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
-    is_sure = bool(change.trials) and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
+    is_sure = (
+        bool(change.trials)
+        and change.jump is None
+        and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
+    )
     return f"{change.words} {'would' if is_sure else 'may'} free {free}"
 
 
@@ -132,7 +151,8 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         at = "" if found.wob is None else f" at {fmt.value('wob', found.wob)}"
         yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
         for change in found.changes:
-            yield f"  {change.words:{_WIDTH}s}{_freed(change, along, fmt)}"
+            words = f"{change.words}, by the map" if found.mapped and not change.key else change.words
+            yield f"  {words:{_WIDTH}s}{_freed(change, along, fmt)}"
         for change in found.changes:
             if change.trials and change.speed is not None:
                 yield f"Trials with {change.words}, at {_tried_at(change, found, fmt)}:"
@@ -167,6 +187,9 @@ def _freed(change: Change, along: str, fmt: Formatter) -> str:
     text = ", ".join(fmt.range_inwards(along, *ends) for ends in change.free)
     of = quantity(along).words
     told = f"; {change.why}" if change.why else ""
+    if (jump := change.jump) is not None:
+        at = fmt.range_outwards(jump.axis, jump.low, jump.high)
+        told += f"; steps of {fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
     return (
         f"free at {text}; along the {of} room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
     )
@@ -196,8 +219,7 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
         return
     if found.bad_corners:
         told = "; ".join(
-            f"{corner_words(one, fmt)}{', the bit held and let go' if one.name == HELD_IN_CORNER else ''}: "
-            f"{outcome_words(one)}"
+            f"{corner_words(one, fmt)}{_IN_CORNER.get(one.name, '')}: {outcome_words(one)}"
             for one in found.bad_corners[-MOST_TOLD:]
         )
         more = len(found.bad_corners) - MOST_TOLD

@@ -34,6 +34,9 @@ from nsdrill.words import trial_words
 from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
+AGAIN_AS_ABOVE = "Then pick up and come in again as above"
+SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
+CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
@@ -280,10 +283,13 @@ class Words:
 
     def _shared(self) -> str:
         """Of many samples, or of many starts."""
+        told = trial_words.disturbed(self.advice.trials, self.verbs_of)
+        after = f"; {told}" if told else ""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
+            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}{after}."
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
-        return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
+        text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
+        return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
 
     @property
     def is_of_starts(self) -> bool:
@@ -412,8 +418,9 @@ class Words:
         if self.advice.slowly_at:
             there = self.advice.slowly_at
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+            raised = "With the weight raised" if self.carried == "wob" else "Raised slowly"
             texts = [f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates")]
-            return first_short(*texts, f"{go} Not slowly at {where}.")
+            return first_short(*texts, f"{go} {raised} within that it {verbs}.")
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
             bad = sum(one.outcome.is_bad for one in tried)
@@ -437,6 +444,9 @@ class Words:
                 f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
                 "not run."
             )
+        if self.is_cut_short and not self.advice.narrow:
+            why = f"{CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
+            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {why}"
         if (tagged := self.after_tag()) and not self.advice.narrow:
             told = f"{tagged[0].upper()}{tagged[1:]}"
             return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
@@ -455,6 +465,11 @@ class Words:
         """Whether it is a hint as the sweep begins above a critical speed: of one without room only before
         trials have tried the ways in."""
         return bool(self.begun_above) and not (self.advice.narrow and self.advice.trials is not None)
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether trials of it were interrupted, so that what may withdraw it is missing."""
+        return self.advice.trials is not None and self.advice.trials.is_cut_short
 
     def after_tag(self) -> str:
         """``picked up and tagged again in a trial it bounces``; "" where no trial showed that."""
@@ -550,8 +565,8 @@ class Words:
             text += f"; nothing is at {fmt.value('depth', over.above)}"
         if over.beyond is not None:
             text += f"; at {fmt.value('depth', over.beyond)} no longer"
-        if tagged := self.after_tag():
-            text += f"; {tagged}"
+        if told := self.after_tag() or (CUT_SHORT if self.is_cut_short else ""):
+            text += f"; {told}"
         return f"Hint only: {text[0].lower()}{text[1:]}." if self.advice.kind == Kind.HINT else f"{text}."
 
     def _nothing(self) -> str:
@@ -652,6 +667,8 @@ class Words:
             return f"{at} it is not drilled, as asked"
         if border.is_unsettled:
             return f"{at} a motion was still changing"
+        if border.is_on_wall:
+            return f"{at} off bottom the collar reaches the wall"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.is_jumped:
@@ -687,7 +704,20 @@ class Words:
         text = "none is known" if self.is_withdrawn else self.way(way)
         if self.untried_rate() in text and self.untried_rate():
             text += " (--trials tries it)"
-        return f"Way in: {text[:1].lower()}{text[1:]}.{f' Trials: {told}.' if told else ''}"
+        slowly = f" {where}." if (where := self.slowly_within()) else ""
+        return f"Way in: {text[:1].lower()}{text[1:]}.{slowly}{f' Trials: {told}.' if told else ''}"
+
+    def slowly_within(self) -> str:
+        """``Brought up slowly it whirls at 12 klbf and 150 rpm``, where a point within the limits is free from a
+        quick start only and the setting is not; else ""."""
+        if self.advice.kind != Kind.QUICK_START or not self.advice.slowly_at:
+            return ""
+        there, slowly = (
+            self.advice.slowly_at,
+            "With the weight raised" if self.carried == "wob" else "Brought up slowly",
+        )
+        where = " and ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+        return f"{slowly} it {self.verbs_of(self.advice.slowly) or 'vibrates'} at {where}"
 
     def untried_rate(self) -> str:
         """That the map crossed a vibration slowly only, where the way in leads through one; "" where
@@ -749,8 +779,7 @@ class Words:
         if way.first == First.WEIGHT:
             text = f"Set {weight}"
             if way.begins is not None:
-                low, _ = fmt.outwards("rotary_speed", way.begins, way.begins)
-                text += f" at {fmt.value('rotary_speed', low)} or less"
+                text += f" at {fmt.value('rotary_speed', way.begins)}"
             text += f", then raise the speed{to}"
             text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
             # the map, which stops at every speed, vibrates
@@ -761,6 +790,7 @@ class Words:
                 parts = [f"stick-slip up to {fmt.value('rotary_speed', high)}", *parts]
             text += f", through {' and '.join(parts)}" if parts else ""
             text += f"; {untried}" if (untried := self.untried_rate()) else ""
+            text += f"; {SHAKEN}" if self._is_shaken(way) else ""
             return (
                 f"{text}; {self._impassable(way)}" if way.crosses and not way.can_pass and not advice.trials else text
             )
@@ -781,7 +811,13 @@ class Words:
             then += f"; {untried}" if (untried := self.untried_rate()) else ""
         elif way.crossed and not advice.trials:
             then += f"; with the weight on it comes up through {self.crossed()}"
+        if self._is_shaken(way):
+            then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def _is_shaken(self, way: WayIn) -> bool:
+        """Whether bit-bounce may begin on a way in that no trial tried, of which nothing else says so."""
+        return way.is_shaken and not self.advice.trials and "bit_bounce" not in [name for name, *_ in way.crossed]
 
     def wall_range(self, way: WayIn) -> str:
         """The speeds at which a collar off bottom reaches the wall."""
@@ -888,13 +924,16 @@ class Words:
         return ", though that is below the limits" if one is not None and found.at < one.low else ""
 
     def raise_again(self) -> str:
-        """Where stick-slip may last at the speed to which a vibration was lowered: to come up again."""
+        """How one comes back from the speed to which a vibration was lowered: by the way in, which stands above,
+        and not with the weight on; and that stick-slip may last there."""
         found, to = self.advice.recover, self.advice.sticks_to
-        if found is None or found.axis != "rotary_speed" or found.at is None or found.at > (to or 0.0):
+        if found is None or found.at is None or self.ends_at_setting():
             return ""
+        if found.axis != "rotary_speed" or found.at > (to or 0.0):
+            return f" {AGAIN_AS_ABOVE}."
         if not isfinite(to or 0.0):
-            return f" But stick-slip, once started, {self._to(to)}."
-        return f" Then bring up again to {self.setting_of(found.axis)}: stick-slip, once started, {self._to(to)}."
+            return f" {AGAIN_AS_ABOVE}. But stick-slip, once started, {self._to(to)}."
+        return f" {AGAIN_AS_ABOVE}: stick-slip, once started, {self._to(to)}."
 
     def met_at(self, speed: float | None) -> str:
         """At which speed that was met of which the torque is told."""

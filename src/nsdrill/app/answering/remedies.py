@@ -7,16 +7,18 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from nsdrill.analysis.graded import graded
-from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.graded import SLACK, Graded, graded
+from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
 from nsdrill.analysis.trials import OTHER_BIT, Change
+from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
+from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import NsdrillError, count
 from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -24,7 +26,7 @@ from nsdrill.study.write import study_text
 from nsdrill.units import format_quantity, from_si, to_si
 from nsdrill.variables import has_failed
 
-SPEEDS = 25
+SPEEDS, MOST_SPEEDS = 25, 65  # of a change; with those between, where a motion begins that may last
 SETTLE, OBSERVE = 60.0, 60.0  # s
 COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
 LARGEST_COLLAR = 0.8  # of the hole
@@ -32,6 +34,9 @@ STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
 STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
 LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
+
+
+AS_IT_IS = Change("none", "", "", "as it is")
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class Changed:
         unread = getattr(study.parameters, "unread", ())
         known = {key for key in study.keys.axes if key not in unread}
         found = (one for one in self._all(known) if one.key.removeprefix("operation.") in known)
-        return [Change("none", "", "", "as it is"), *found]
+        return [AS_IT_IS, *found]
 
     def _all(self, known: set[str]) -> Iterator[Change]:
         resolved = self.motions.resolved(self.values)
@@ -83,44 +88,56 @@ class Changed:
             yield Change(OTHER_BIT, LOBES, "0 m", "the same bit without lobes")
 
     def run(self, change: Change) -> Change:
-        """The ``change`` with where it is free from below, and how much room it has."""
-        ends = float(np.min(self.speeds)), float(np.max(self.speeds))
-        resolved, own = self.motions.resolved(self.values), self.motions.study.simulation
-        resolved["sweep"] = {
-            "rotary_speed": [float(one) for one in np.linspace(*ends, SPEEDS)],
-            "procedure": "up",
-            "along": "rotary_speed",
-            "refine": 0,
-        }
-        resolved["simulation"] |= {
-            "transient": max(SETTLE, own.transient),
-            "observe": max(OBSERVE, own.observe),
-            "verify": False,
-        }
+        """The ``change`` with where it is free from below, and how much room it has. A value that a study
+        cannot have, or runs that failed, are why it is not known."""
         try:
-            results = run_in_memory(self._parsed(resolved, change), workers=1)
+            results = run_in_memory(self.study_of(change), workers=1)
         except NsdrillError as error:
             return replace(change, why=str(error).splitlines()[0].rstrip("."))
         # the speed alone is an axis here
         drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis in results.swept})
         maps = graded(with_lasting_motions(drilled), self.severity)
-        x, allowed = maps.values(maps.x), maps.allowed[0, 0]
-        failed = int(np.count_nonzero(has_failed(results["status"])))
-        why = f"{failed} of {SPEEDS} runs failed" if failed else ""
-        if failed == SPEEDS:
-            return replace(change, why=why)
-        rooms = room(allowed[None], (None, np.zeros(1)), (maps.x, x))[0]
-        found = stretches(allowed)
-        deepest = int(np.argmax(rooms))
-        widest = next(((first, last) for first, last in found if first <= deepest <= last), None)
-        return replace(
-            change,
-            free=tuple((float(x[first]), float(x[last])) for first, last in found),
-            room=float(max(rooms[deepest], 0.0)),
-            widest=None if widest is None else (float(x[widest[0]]), float(x[widest[1]])),
-            why=why,
-            speed=None if widest is None else float(x[deepest]),
-        )
+        failed, of = int(np.count_nonzero(has_failed(results["status"]))), results["status"].size
+        change = replace(change, why=f"{failed} of {of} runs failed" if failed else "")
+        return change if failed == of else shown(change, maps, 0, 0)
+
+    def study_of(self, change: Change) -> Study:
+        """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
+        which a motion begins that may last."""
+        ends = float(np.min(self.speeds)), float(np.max(self.speeds))
+        resolved = self.motions.resolved(self.values)
+        resolved["simulation"] |= {"transient": self.held[0], "observe": self.held[1], "verify": False}
+
+        def along(speeds: Array) -> Study:
+            resolved["sweep"] = {
+                "rotary_speed": [float(one) for one in speeds],
+                "procedure": "up",
+                "along": "rotary_speed",
+                "refine": 0,
+            }
+            return self._parsed(resolved, change)
+
+        speeds = np.linspace(*ends, SPEEDS)
+        coarse = along(speeds)
+        for one in filter(None, (each.get("jumped") for each in lasting_motions(coarse))):
+            low, high = max(one["from"], ends[0]), min(one["to"], ends[1])
+            steps = int(np.ceil((high - low) / one["enough"] - SLACK)) if high > low else 0
+            if 0 < steps <= MOST_SPEEDS - len(speeds):
+                speeds = np.union1d(speeds, np.linspace(low, high, steps + 1))
+        return along(speeds) if len(speeds) > SPEEDS else coarse
+
+    @property
+    def held(self) -> tuple[float, float]:
+        """How long each speed is held, and how long of that after it is observed [s]."""
+        own = self.motions.study.simulation
+        return max(SETTLE, own.transient), max(OBSERVE, own.observe)
+
+    def seconds(self, change: Change) -> float:
+        """How much time a change simulates [s]; none of one that no study can have."""
+        try:
+            return len(self.study_of(change).axes["rotary_speed"]) * sum(self.held)
+        except NsdrillError:
+            return 0.0
 
     def _parsed(self, resolved: Resolved, change: Change) -> Study:
         return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])
@@ -131,6 +148,31 @@ class Changed:
         assert change.speed is not None
         study = self._parsed(self.motions.resolved({**self.values, "rotary_speed": change.speed}), change)
         return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
+
+
+def shown(change: Change, maps: Graded, number: int, row: int) -> Change:
+    """The ``change`` with where a row of ``maps``, brought up along the speed, is free from below, and with what room.
+    Where steps may jump across a motion, what is free ends there."""
+    x, free = maps.values(maps.x), maps.fields[0][number, row]
+    found = stretches_run(maps, free)
+    rooms = np.zeros(len(x))
+    for first, last in found:
+        part = np.zeros(len(x), dtype=bool)
+        part[first : last + 1] = True
+        rooms = np.maximum(rooms, room(part[None], (None, np.zeros(1)), (maps.x, x))[0])
+    deepest = int(np.argmax(rooms))
+    widest = next(((first, last) for first, last in found if first <= deepest <= last), None)
+    unknown = int(np.count_nonzero(maps.grade[number, row] == Grade.UNKNOWN))
+    jumps = [one for one in jumps_of(maps) if one.motion is not None and one.axis == maps.x]
+    return replace(
+        change,
+        free=tuple((float(x[first]), float(x[last])) for first, last in found),
+        room=float(max(rooms[deepest], 0.0)),
+        widest=None if widest is None else (float(x[widest[0]]), float(x[widest[1]])),
+        why=change.why or (f"{unknown} of {count(len(x), 'point')} are not known" if unknown else ""),
+        speed=None if widest is None else float(x[deepest]),
+        jump=jumps[0] if jumps else None,
+    )
 
 
 def _rounded(value: float, unit: str) -> str:

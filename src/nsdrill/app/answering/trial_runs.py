@@ -22,8 +22,8 @@ from typing import TypeVar
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.advice import First, names_of
-from nsdrill.analysis.confirmed import came_in
+from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.confirmed import best_stretch
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -32,15 +32,17 @@ from nsdrill.analysis.trials import (
     SLOWED,
     SPEED_FIRST,
     TAGGED,
+    TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
-    Change,
     Outcome,
     Trial,
     Trials,
     Way,
+    free_stretches,
+    hopeful,
 )
-from nsdrill.app.answering import remedies
+from nsdrill.app.answering.remedies import Changed
 from nsdrill.app.check import checks_of
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
@@ -61,6 +63,7 @@ from nsdrill.variables import OK
 RPM = pi / 30  # rad/s
 WEIGHT_RATES = (0.2 * RPM, 1.0 * RPM, 10.0 * RPM)  # rad/s^2
 SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 5.0 * RPM, 10.0 * RPM)
+FIRST_RATES = {SPEED_FIRST: SPEED_RATES, WEIGHT_FIRST: WEIGHT_RATES}  # before further ones between
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
@@ -73,27 +76,43 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-SECONDS_OF_CHANGE = remedies.SPEEDS * (remedies.SETTLE + remedies.OBSERVE)
 
 Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
 
 
 class Told:
-    """What is told of the progress of ``number`` trials and of ``changes``, by ``watch``: how
-    many they are and, when the first has been timed, about how long all take."""
+    """What is told of the progress of trials and of changes of the string, by ``watch``: how many they are and, when
+    some trials have been timed, about how long all take."""
 
     def __init__(self, watch: Watch, workers: int = 1) -> None:
         self.watch, self.workers, self.price = watch, workers, ""
-        self.changes: list[Change] = []
+        self.changes = 0
+        self.of_changes, self.is_sure = 0.0, False
         self.began, self.compiled = time.monotonic(), compiling.seconds
 
+    def foresee(self, changed: Changed, is_sure: bool) -> None:
+        """The changes of the string that follow for ``is_sure``, or else where trials withdraw the setting: each way
+        up, and the trials of the best of them."""
+        found = changed.all()
+        self.changes, self.is_sure = len(found), is_sure
+        self.of_changes = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
+
     def timed(self, trials: int, simulated: float, left: float) -> None:
-        """The first run, of ``simulated`` [s], has ended; ``left`` [s] are left of the
-        ``trials``, beside the changes."""
+        """Trials, of ``simulated`` [s] in all, have ended; ``left`` [s] are left of the ``trials``, beside the
+        changes, of which the best has as many."""
         seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
-        left += len(self.changes) * SECONDS_OF_CHANGE / min(self.workers, max(len(self.changes), 1))
-        parts = [count(trials, "trial")] * bool(trials) + [count(len(self.changes), "change")] * bool(self.changes)
-        self.price = f"{' and '.join(parts)}, about {max(seconds * left / simulated, 1.0):.0f} s"
+        changes, later = count(self.changes, "change"), self.of_changes + left
+
+        def about(simulated_later: float) -> str:
+            return f"about {max(seconds * simulated_later / simulated, 1.0):.0f} s"
+
+        if not self.changes:
+            self.price = f"{count(trials, 'trial')}, {about(left)}"
+        elif self.is_sure:
+            self.price = f"{count(trials, 'trial')} and {changes}, {about(left + later)}"
+        else:
+            tells = f"where they withdraw the setting {changes} and their trials, {about(later)} more"
+            self.price = f"{count(trials, 'trial')}, {about(left)}; {tells}"
 
     def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
         self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))
@@ -176,10 +195,11 @@ class Bench:
         """The weight off bottom [N]: below zero over lobes, whose crests a bit without weight touches."""
         return self.hanging or 0.0
 
-    def _lowered(self, seconds: float) -> float:
-        """How long a bit off bottom is lowered [s] until it has the weight, which is set in these
-        ``seconds``."""
-        return seconds * (1.0 - self.off_bottom / self.point.wob) if self.off_bottom < 0.0 else seconds
+    def _lowered(self, seconds: float, wob: float | None = None) -> float:
+        """How long a bit off bottom is lowered [s] until it has the weight ``wob`` [N], by default the point's, which
+        is set in these ``seconds``."""
+        weight = self.point.wob if wob is None else wob
+        return seconds * (1.0 - self.off_bottom / weight) if self.off_bottom < 0.0 else seconds
 
     # What is run
 
@@ -206,15 +226,19 @@ class Bench:
         return found
 
     def more_ways_in(self, ended: Sequence[Trial]) -> list[Plan]:
-        """Further ways in between the rates of those that :func:`came_in` by the ones that
-        ``ended``; none where there is no such range."""
-        way = came_in(None, Trials(tuple(ended)))
-        if way is None or way.rate is None or way.most is None or way.most <= way.rate:
+        """Further ways in, of the order that is best by those that ``ended``, between its rates that are free; none
+        where it has them already, so that it was chosen after them, or where there is no such range."""
+        trials = Trials(tuple(ended))
+        tried = {name: len(trials.ways_in(name)) for name in FIRST_RATES}
+        judged = {name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()}
+        best = best_stretch(trials, judged)
+        if best is None or tried[best[0]] > len(FIRST_RATES[best[0]]):
             return []
-        rates = np.geomspace(way.rate, way.most, MORE + 2)[1:-1].tolist()
-        if way.first == First.WEIGHT:
-            return [self._weight_first(rate) for rate in rates]
-        return self._speed_first(rates)
+        name, slowest, fastest = best
+        assert slowest.rate is not None
+        assert fastest.rate is not None
+        rates = np.geomspace(slowest.rate, fastest.rate, MORE + 2)[1:-1].tolist()
+        return [self._weight_first(rate) for rate in rates] if name == WEIGHT_FIRST else self._speed_first(rates)
 
     def disturbances(self, state: Array) -> list[Plan]:
         """What disturbs the point, from a ``state`` in which it is free."""
@@ -235,9 +259,29 @@ class Bench:
             if there != speed:
                 moved = {"rotary_speed": ((0.0, speed), (abs(there - speed) / EXCURSION_RATE, there)), **moved}
             found.append(Plan(TO_CORNER, Way.CORNER, moved, state=state))
+            found.append(self._tagged_in(there, weight, state))
         if self._moves("bit_speed") and not self.modelled:
             found += [self._held_in(*corner) for corner in self.corners]
         return found + [Plan(name, Way.KNOCK, {}, state=knocked) for name, knocked in self.knocks(state)]
+
+    def _tagged_in(self, there: float, weight: float, state: Array) -> Plan:
+        """A pick up and tag in a corner, to which the string goes as in the trial of that."""
+        above, speed = self.off_bottom, self.point.rotary_speed
+        come = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN[0])
+        lift = come + PAUSE
+        lowered = self._lowered(TAG, weight)
+        knots: Knots = {
+            "rotary_speed": ((0.0, speed), (come, there)),
+            "wob": (
+                (0.0, self.point.wob),
+                (SET_DOWN[0], weight),
+                (lift, weight),
+                (lift + PAUSE, above),
+                (lift + 2 * PAUSE, above),
+                (lift + 2 * PAUSE + lowered, weight),
+            ),
+        }
+        return Plan(TAGGED_IN_CORNER, Way.CORNER, knots, state=state)
 
     def _held_in(self, speed: float, wob: float) -> Plan:
         """The start with the bit at rest in a corner."""
@@ -320,8 +364,9 @@ class Bench:
             try:
                 self._time(plans, ended, threads, told, stop, workers)
                 self._batch(plans, ended, threads, told, stop)
-                plans += self.more_ways_in([trial for trial, _ in ended.values()])
-                self._batch(plans, ended, threads, told, stop)
+                while more := self.more_ways_in([trial for trial, _ in ended.values()]):
+                    plans += more
+                    self._batch(plans, ended, threads, told, stop)
                 if (state := self._free(plans, ended)) is not None:
                     plans += self.disturbances(state)
                     self._batch(plans, ended, threads, told, stop)
@@ -341,7 +386,8 @@ class Bench:
             for number, plan in enumerate(plans)
         ]
         is_clear = self.hanging is not None
-        return replace(found, trials=(*trials, *slowed), interrupted=interrupted, set_down=SET_DOWN, is_clear=is_clear)
+        found = replace(found, interrupted=interrupted, is_cut_short=interrupted)
+        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, is_clear=is_clear)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
@@ -358,7 +404,7 @@ class Bench:
                     self._batch(plans, ended, threads, told, stop)
             except KeyboardInterrupt:
                 stop.set()
-                found = replace(found, interrupted=True)
+                found = replace(found, interrupted=True, is_cut_short=True)
         return replace(found, trials=(*found.trials, *(ended[number][0] for number in sorted(ended))))
 
     def _time(
@@ -370,18 +416,19 @@ class Bench:
         stop: threading.Event,
         workers: int,
     ) -> None:
-        """Run the shortest two of the ``plans`` by themselves, the first as it may load the
-        compiled code; the second gives the price of all."""
+        """Run the shortest two of the ``plans`` by themselves, the first as it may load the compiled code; the
+        second gives the price of all, further ways in included."""
         order = sorted(range(len(plans)), key=lambda number: plans[number].seconds)[:2]
         for quick in order:
             told.at(len(ended), len(plans), "trials")
             told.began, told.compiled = time.monotonic(), compiling.seconds
             ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
-        left = sum(plan.seconds for plan in (*plans, *later)) / min(workers, len(plans))
+        more = MORE * sum(plan.seconds for plan in plans) / len(plans)
+        left = (sum(plan.seconds for plan in (*plans, *later)) + more) / min(workers, len(plans))
         knocks = sum(plan.way == Way.KNOCK for plan in later)
         slow = knocks * len(self.stairs()) * (SETTLE + OBSERVE) / min(workers, max(knocks, 1))
-        told.timed(len(plans) + len(later) + knocks, plans[order[-1]].seconds, left + slow)
+        told.timed(len(plans) + MORE + len(later) + knocks, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event

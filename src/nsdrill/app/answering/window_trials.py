@@ -21,8 +21,8 @@ from nsdrill.analysis.graded import SLACK, graded
 from nsdrill.analysis.trials import OTHER_BIT, Change, Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
-from nsdrill.app.answering.remedies import Changed
-from nsdrill.app.answering.trial_runs import OBSERVE, SECONDS_OF_CHANGE, SETTLE, Bench, Told, result_of
+from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
+from nsdrill.app.answering.trial_runs import OBSERVE, SETTLE, Bench, Told, result_of
 from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.running.run import checked_workers
 from nsdrill.app.running.stages import Watch
@@ -76,32 +76,37 @@ def tried(
     found = replace(found, nothing=mapped and advice.kind == Kind.NOTHING)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     within = {axis: (low, high) for axis, (low, high) in json.loads(results.attrs.get(WITHIN, "{}")).items()}
-    changed = None
+    changed, later, is_open = None, None, advice.cell is not None and advice.kind != Kind.NOTHING
     if nothing and "rotary_speed" in results.swept:
         place = _values(summary, results, motions, advice)
         if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
             place["wob"] = _middle(results.coords["wob"], within.get("wob"))
         changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
         found = replace(found, wob=place["wob"])
-        told.changes = changed.all()
+    elif is_open and "rotary_speed" in results.swept:  # where trials withdraw it
+        place = _values(summary, results, motions, advice)
+        later = Changed(motions, place, results.coords["rotary_speed"], severity, within)
+    if (priced := changed or later) is not None:
+        told.foresee(priced, is_sure=changed is not None)
     try:
         with interrupt.interruptible():
-            if advice.cell is not None and advice.kind != Kind.NOTHING:
+            if is_open:
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
                 low, speeds = ends.low if ends else None, results.coords["rotary_speed"]
                 bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
+                is_open = False
             if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
-                changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
-                found, told.changes = replace(found, wob=place["wob"]), changed.all()
+                changed, found = later, replace(found, wob=place["wob"])
             if changed is not None and not found.interrupted:
-                for change in changed_all(changed, told, workers):
+                as_mapped = _as_it_is(results, severity, changed) if mapped else None
+                for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
     except KeyboardInterrupt:
-        found = replace(found, interrupted=True)
+        found = replace(found, interrupted=True, is_cut_short=found.is_cut_short or is_open)
     return {**summary, "answer": confirmed(advice, found)}
 
 
@@ -145,16 +150,15 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     if found.best is None or not found.best.key:
         return found
     for change in sorted(found.helping, key=lambda one: (one.name == OTHER_BIT, -(one.room or 0.0)))[:MOST_CHANGES]:
-        if found.interrupted:
-            break
         motions, place = changed.point(change)
         assert change.widest is not None
         bench = Bench(motions, place, speeds, change.widest[0], changed.severity, ())
         ends = ((one, place["wob"]) for one in change.widest if one != place["rotary_speed"])
         ran = replace(bench, corners=tuple(ends)).all(Trials(), workers, told)
+        if ran.is_cut_short:  # of a part of them nothing is told
+            return replace(found, interrupted=True)
         tried = replace(change, trials=ran.trials)
-        changes = tuple(tried if one is change else one for one in found.changes)
-        found = replace(found, changes=changes, interrupted=ran.interrupted)
+        found = replace(found, changes=tuple(tried if one is change else one for one in found.changes))
         if tried.is_reached and not tried.bad:
             break
     return found
@@ -183,25 +187,40 @@ def _middle(axis: Array, within: Sequence[float] | None) -> float:
     return float(values[len(values) // 2])
 
 
-def changed_all(changed: Changed, told: Told, workers: int) -> Iterator[Change]:
-    """The changes with what they do, in their order; the first is timed by itself."""
+def _as_it_is(results: Results, severity: int | None, changed: Changed) -> Change | None:
+    """The string as it is, from the map itself, at the values of ``changed``; None of a map that is not over the
+    speed."""
+    maps = graded(results, severity)
+    if maps.x != "rotary_speed":
+        return None
+    at = {dimension_of(key): value for key, value in changed.values.items()}
+    number, row = (
+        0 if axis is None or axis not in at else int(np.abs(maps.values(axis) - at[axis]).argmin())
+        for axis in (maps.third, maps.y)
+    )
+    return shown(AS_IT_IS, maps, number, row)
+
+
+def changed_all(changed: Changed, told: Told, workers: int, as_mapped: Change | None = None) -> Iterator[Change]:
+    """The changes with what they do, in their order. What the string does as it is, is not run again where the map
+    has shown it."""
     stop = threading.Event()
 
     def run(change: Change) -> Change:
         with interrupt.while_wanted(lambda: not stop.is_set()):
             return changed.run(change)
 
+    first, *others = changed.all()
+    to_run = others if as_mapped is not None else [first, *others]
     with ThreadPoolExecutor(workers) as threads:
         running: list[Future[Change]] = []
         try:
-            told.at(0, len(told.changes), "changes")
-            running.append(threads.submit(run, told.changes[0]))
-            yield result_of(running[0])
-            if not told.price:
-                told.timed(0, SECONDS_OF_CHANGE, 0.0)
-            running += [threads.submit(run, one) for one in told.changes[1:]]
-            for number, one in enumerate(running[1:], start=1):
-                told.at(number, len(told.changes), "changes")
+            told.at(0, len(to_run), "changes")
+            if as_mapped is not None:
+                yield as_mapped
+            running = [threads.submit(run, one) for one in to_run]
+            for number, one in enumerate(running):
+                told.at(number, len(to_run), "changes")
                 yield result_of(one)
         finally:
             stop.set()
