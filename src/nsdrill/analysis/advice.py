@@ -86,6 +86,8 @@ class Border:
     carried has any."""
     is_unsettled: bool = False
     """Whether it is free, but a motion was still changing there."""
+    free_from: tuple[int, int] | None = None
+    """Of a point that is free from some of many starts only: from how many, of how many."""
 
 
 @dataclass(frozen=True)
@@ -425,9 +427,7 @@ def _advise(maps: Graded) -> Advice:
         return over
     choices = [one for number in range(len(maps.allowed)) if (one := best_of(maps, number)) is not None]
     if not choices:
-        return _nothing(maps)
-    if maps.share is not None and not any(one.is_better for one in choices):
-        return _of_starts(maps)
+        return _nothing(maps) if (found := _of_starts(maps)) is None else found
     order, widest = list(Room), maps.allowed.sum(axis=(1, 2))
     return _at_point(
         maps,
@@ -435,14 +435,31 @@ def _advise(maps: Graded) -> Advice:
     )
 
 
-def _of_starts(maps: Graded) -> Advice:
-    """The answer of many starts where no point with room is safe from all of them: as nothing
-    was brought up to a point, what is safe from some starts is a hint, the largest share
-    first."""
-    assert maps.share is not None
-    deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in maps.allowed])
-    cell = _greatest(np.where(maps.allowed & maps.was_run, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
-    return _at_point(maps, Choice(cell, Room.NARROW, 0, False))
+def _of_starts(maps: Graded) -> Advice | None:
+    """The answer of many starts where no point is safe from all of them: what is free from
+    some is a hint with its share, the largest first, and has no limits, as nothing around it is
+    allowed. None where no point is, and of others than starts."""
+    some = (maps.grade == Grade.FROM_SOME) & maps.was_run
+    if maps.share is None or not some.any():
+        return None
+    deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in some])
+    cell = _greatest(np.where(some, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
+    return Advice(
+        Kind.HINT,
+        Grade.FROM_SOME,
+        room=0.0,
+        narrow=True,
+        point=_values(maps, cell),
+        at=_third(maps, cell[0]),
+        held={axis: maps.results.held[axis] for axis in ("wob", "rotary_speed") if axis in maps.results.held},
+        share=_share(maps, cell),
+        stops=_stops(maps),
+        near=_near(maps),
+        yields=_all_yields(maps, cell),
+        sticks_to=sticks_to(maps, cell),
+        modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
+        cell=cell,
+    )
 
 
 def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels: slice | None = None) -> Advice:
@@ -738,7 +755,14 @@ def _border(
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
+        free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
+
+
+def _free_starts(maps: Graded, cell: Cell) -> tuple[int, int]:
+    """From how many starts a cell is free, and how many there are."""
+    labels = maps.labels[0][cell]
+    return int((labels >= Label.TOUCHING).sum()), len(labels)
 
 
 def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
@@ -1019,8 +1043,7 @@ def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
 def _share(maps: Graded, cell: Cell) -> Share | None:
     """The probability of a point of results with samples, or the share of its starts."""
     if maps.share is not None:
-        labels = maps.labels[0][cell]
-        count, total = int((labels >= Label.TOUCHING).sum()), len(labels)
+        labels, (count, total) = maps.labels[0][cell], _free_starts(maps, cell)
         failed = int((labels == Label.UNKNOWN).sum())
         low, high = interval(np.asarray(count), total, failed)
         return Share(float(maps.share[cell]), float(low), float(high), float(maps.share[cell]), total, failed)
@@ -1293,4 +1316,7 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
     flags = {name: True for name in FLAGS if getattr(border, name)}
-    return {**found, **flags}
+    starts = (
+        {} if border.free_from is None else {"free_from": {"starts": border.free_from[0], "of": border.free_from[1]}}
+    )
+    return {**found, **flags, **starts}

@@ -113,6 +113,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "chain": None if (chain := chain_of(results)) is None else chain.as_data(),
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
+        "starts": len(results.coords["start"]) if "start" in results.coords else None,
         "severity": severity,
         "axes": axes,
         "third": maps.third,
@@ -445,6 +446,8 @@ def _everything(maps: Classes, cell: Cell) -> Answer:
 def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
     """The setting of one map, or its best hint (:mod:`nsdrill.analysis.room`), that of the
     ``answer`` in its map; None where no point is allowed."""
+    if answer.grade == Grade.FROM_SOME:  # a hint that is not allowed
+        return None
     if answer.kind not in NO_POINT and answer.cell is not None and answer.cell[0] == number:
         cell, is_hint = answer.cell, answer.kind == Kind.HINT
     elif (choice := best_of(maps.grades, number)) is not None:

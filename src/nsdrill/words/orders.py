@@ -42,6 +42,8 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
+        elif self.advice.kind == Kind.HINT and self.advice.grade == Grade.FROM_SOME:
+            yield f"Take {self.setting()} as a hint only: it is free from {self._percent()}."
         elif self.advice.kind == Kind.HINT and self.is_above:
             yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
@@ -59,6 +61,11 @@ class Orders(Words):
     def _enter(self) -> str:
         """How one comes to the point."""
         way, begin = self.advice.way_in, self.bring()
+        if self.is_of_starts:
+            return (
+                f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is (sweep.procedure: "
+                "all)."
+            )
         if way is None:
             if self.advice.grade == Grade.FROM_START:
                 return f"Start at {self.setting()}."
@@ -182,6 +189,10 @@ class Orders(Words):
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
             return  # its limits are none
+        if advice.grade == Grade.FROM_SOME:
+            doing = "drill" if self.drills else "work"
+            yield f"Do not {doing} by this page: at no setting do all starts end free of vibration."
+            return
         if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
             yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."
         is_hint = advice.kind == Kind.HINT  # which is not told what to stay within

@@ -259,7 +259,7 @@ class Words:
     def _shared(self) -> str:
         """Of many samples, or of many starts."""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}."
+            return f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}."
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         return f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}."
 
@@ -275,8 +275,11 @@ class Words:
         ends = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
         value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
         if self.is_of_starts:
-            value = f"{share.of} starts" if share.probability == 1.0 else f"{value} of {share.of} starts"
-        return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
+            value = f"{round(share.probability * (share.of - share.failed))} of {share.of} starts"
+            value = f"all {share.of} starts" if share.probability == 1.0 and not share.failed else value
+        return f"{value} ({ends}{' %' if self.is_of_starts else ''}" + (
+            f"; {share.failed} of {share.of} not known)" if share.failed else ")"
+        )
 
     def _withdrawn(self) -> str:
         """Where trials leave nothing of the setting."""
@@ -399,6 +402,11 @@ class Words:
         return f"{go} {slowly} it {verbs}; {motion} {end}."
 
     def _hint(self) -> str:
+        if self.is_of_starts:
+            return (
+                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
+                "not run."
+            )
         if self.is_above:
             told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
             through = f"in trials, {told}" if told else "nothing was brought up through it"
@@ -410,11 +418,6 @@ class Words:
             return self._unreached()
         if self.is_jumped:
             return self._jumped()
-        if self.is_of_starts:
-            return (
-                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
-                "not run."
-            )
         if (tagged := self.after_tag()) and not self.advice.narrow:
             told = f"{tagged[0].upper()}{tagged[1:]}"
             return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
@@ -642,6 +645,9 @@ class Words:
             return f"{at} steady drilling is unstable"
         if border.grade == Grade.STICKS_ON:
             return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
+        if border.free_from is not None:
+            starts = f"{border.free_from[0]} of {count(border.free_from[1], 'start')}"
+            return f"{at} it is free from {starts} only" + (f": from others it {verbs}" if verbs else "")
         if border.grade == Grade.FROM_START:
             return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
