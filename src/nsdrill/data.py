@@ -43,6 +43,7 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 OFF_BOTTOM = "torque_off_bottom"  # drag of the string off bottom, by depth, as JSON
+WALL_OFF_BOTTOM = "wall_off_bottom"  # at which speeds the collar off bottom reaches the wall, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON

@@ -16,7 +16,9 @@ from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
+from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
+from nsdrill.analysis.off_bottom import wall_off_bottom
 from nsdrill.analysis.planes import Cell, check_judged, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
@@ -91,6 +93,8 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "depth": _over_depth(maps),
         "stick_slip": _stick_slip(maps),
         "stuck_through": _stuck_through(maps, found.cell),
+        "jumped_points": _jumped_points(maps),
+        "wall_off_bottom": wall_off_bottom(results.attrs),
     }
     # to look for words takes the descriptions of all models
     return dict(in_words(told)) if any(map(words_along, results.swept)) else told
@@ -273,6 +277,12 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
         "to": high,
         "at_point": cell is not None and bool(found[cell]),
     }
+
+
+def _jumped_points(maps: Classes) -> int:
+    """To how many allowed points the steps of the way up may jump across a vibration, or a gap."""
+    rows = np.ndindex(*maps.grades.grade.shape[:2])
+    return sum(int(np.count_nonzero(past_jumps(maps.grades, number, row))) for number, row in rows)
 
 
 def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) -> float:

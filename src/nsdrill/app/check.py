@@ -411,6 +411,14 @@ def torque_off_bottom(study: Study) -> list[dict[str, float]]:
     return [{"depth": depth, "drag": drag} for depth, drag in sorted(found.items())]
 
 
+def wall_off_bottom(study: Study) -> Answer | None:
+    """Where the collar of a string that turns off bottom is at the wall, as
+    :func:`nsdrill.analysis.off_bottom.wall_off_bottom` has it; None of a model that does not tell it."""
+    told: Any = getattr(checks_of(study.model), "wall_off_bottom", None)
+    found: Answer | None = None if told is None else told(_corners(study))
+    return found
+
+
 class ShortObservation(NamedTuple):
     """The warnings of :func:`warnings` that an observation is too short, ``told`` in each
     system of units, ``si`` and ``field``; and below which rotary speed ``to`` [rad/s] it is,

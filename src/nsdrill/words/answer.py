@@ -208,6 +208,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "
             "speed stick-slip does are left out here, as they follow from it. Run the study again."
         )
+    yield from _of_low_side(summary)
     is_held = tried is not None and tried.is_tried(HELD) and (not tried.corners or tried.is_tried(HELD_IN_CORNER))
     unknown_end = list(unknown_end_text(summary))
     bounces = list(_of_lasting_motions(summary, point, fmt, ("lobe_resonance",))) if point else []
@@ -225,7 +226,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "NO WAY IN IS KNOWN: started at the setting it is free, but nothing that was run shows how it is reached. "
             "Trials show whether a fast way in ends free (--trials)."
         )
-    is_jumped = summary["answer"].tried_kind is not None
+    is_jumped = summary["answer"].tried_kind is not None or summary["jumped_points"] > 0
     yield from _of_jumps(summary, fmt) if is_jumped else ()
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
@@ -290,6 +291,17 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
+
+
+def _of_low_side(summary: Answer) -> Iterator[str]:
+    """That the weight of the collar holds it on the wall."""
+    told = summary["wall_off_bottom"]
+    if told is not None and told["low_side"] is not None:
+        part = ", in a part of the study" if told["low_side"] == "part" else ""
+        yield (
+            f"THE COLLAR LIES ON THE LOW SIDE of the hole at every speed{part}: it is on the wall without whirl, which "
+            "is not critical. What rolls along the wall or strikes it is."
+        )
 
 
 def _of_severity(summary: Answer) -> Iterator[str]:

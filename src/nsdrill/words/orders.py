@@ -63,8 +63,8 @@ class Orders(Words):
         way, begin = self.advice.way_in, self.bring()
         if self.is_of_starts:
             return (
-                f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is (sweep.procedure: "
-                "all)."
+                f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is brought up "
+                "(sweep.procedure: all)."
             )
         if way is None:
             if self.advice.grade == Grade.FROM_START:

@@ -13,6 +13,7 @@ from nsdrill.analysis.advice import BORDERLINE, STICKS_ON, Advice, Border, First
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
+from nsdrill.analysis.untried import Jump
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.registry import described
@@ -429,6 +430,10 @@ class Words:
             brief = f"Narrow hint: {self.setting()}"
             return first_short(f"{text}. {helps}", f"{brief}. {helps}")
         known = self.advice.way_in
+        if self.advice.jump is not None:
+            brief = f"Narrow hint: {self.setting()}{self.and_within()}"
+            over = self.over_jump()
+            return first_short(f"{text}; {over}.", f"{brief}; {over}.", f"Narrow hint: {self.setting()}; {over}.")
         return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
     @property
@@ -465,8 +470,11 @@ class Words:
     def over_jump(self) -> str:
         """``the steps of the map may jump across whirl at 59 to 68 rpm``, or that nothing was run in
         a gap of the axis."""
-        jump = self.advice.jump
-        assert jump is not None
+        assert self.advice.jump is not None
+        return self.over(self.advice.jump)
+
+    def over(self, jump: Jump) -> str:
+        """The same of a ``jump``."""
         if jump.motion is None:
             return (
                 f"nothing was run between {self.fmt.range(jump.axis, [jump.low, jump.high]).replace(' to ', ' and ')}"

@@ -21,6 +21,7 @@ from nsdrill.app.check import (
     study_of_part,
     tells_what_lasts,
     torque_off_bottom,
+    wall_off_bottom,
 )
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import (
@@ -35,6 +36,7 @@ from nsdrill.data import (
     STICKS_TO,
     UNCUT,
     UNREAD,
+    WALL_OFF_BOTTOM,
     WITHIN,
     Answer,
     Results,
@@ -58,6 +60,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
+    wall: Answer | None = None
     pulse = unread = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
@@ -74,6 +77,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
+            wall = wall_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     with suppress(NsdrillError):
@@ -84,6 +88,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNREAD: unread,
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
+        WALL_OFF_BOTTOM: json_text(wall),
         STICKS_TO: json_text(lasts),
         PULSES: pulse,
         SHORT: json_text(short.told),
