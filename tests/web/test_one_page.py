@@ -11,7 +11,7 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
+from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
@@ -307,3 +307,23 @@ def test_the_next_limit_names_what_the_map_paints_there():
     said = words(told(made(WALL, up=["s.w...."] * 5, same=["s.s...."] * 5), [to_si("95 rpm", "rad/s")] * 5))
     assert "stick-slip may last from" not in said
     assert "15 klbf 90 to 100 " in said
+
+
+@pytest.mark.parametrize("inclination", ["0 deg", "30 deg"])
+def test_an_inclined_hole_without_drag_says_that_the_torque_is_more(inclination):
+    said = words(made(WALL, up=FREE, down=ROLLS), f"well: {{inclination: {inclination}}}")
+    assert ("NO DRAG ALONG THE HOLE is in the model" in said) == (inclination == "30 deg")
+
+
+@pytest.mark.parametrize("begins_above", [False, True])
+def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
+    """With a usual one stick-slip lasts to 95 rpm, within what to stay within, whatever makes it a hint."""
+    onset = {**NOTHING_BEGINS, "name": "stick_slip_onset", "words": "the onset", "lasts": None, "from": SPEEDS[0]}
+    onset |= {"min": 1.0, "max": 1.0, "weights": [0.0, 1e6]}
+    ends = [{"wob": wob, "now": 6.0, "usual": to_si("95 rpm", "rad/s")} for wob in WEIGHTS]
+    damping = {"key": "drillstring.torsional_damping", "value": 50.0, "usual": 20.0, "ratio": 0.08}
+    one = made(onset if begins_above else WALL, up=["......w"] * 5, down=FREE)
+    damped = {DAMPING: json_text({**damping, "is_default": False, "lasts": ends})}
+    said = words(replace(one, attrs={**one.attrs, **damped}))
+    assert ("nothing was brought up through" in said) == begins_above
+    assert "THE DAMPING OF TORSION IS UNUSUAL" in said

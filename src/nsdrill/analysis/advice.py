@@ -194,8 +194,9 @@ class Surface:
     """What is seen at the surface: the mean torque [N m] at the point, with
     its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
-    mean torque of a whirl at the point, or of the nearest one at its weight, and the least r.m.s.
-    lateral acceleration [m/s^2] of those within the limits, else its own. None where that was not met."""
+    mean torque and the r.m.s. lateral acceleration [m/s^2] of a whirl at the point, or of the nearest
+    one at its weight, and the least acceleration of those within the limits, else its own. None where
+    that was not met."""
 
     torque: float | None = None
     swing: tuple[float, float] | None = None
@@ -204,6 +205,7 @@ class Surface:
     period: float | None = None
     whirling: float | None = None
     acceleration: float | None = None
+    least_acceleration: float | None = None
     off_bottom: float | None = None
     """The torque of the string off bottom at the speed of the point [N m], where nothing rubs
     along the hole: all torques here are above that at their speed, as a gauge that is
@@ -488,7 +490,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     drills = {"rotary_speed", "wob"} <= set(maps.results.axes)  # others have no weight to set
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
     way = _way_in(maps, cell) if drills else None
-    is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
+    held = from_rest(maps.results)
+    is_unreached = kind == Kind.QUICK_START and way is not None and (way.first == First.NONE or held)
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
     tried_kind = kind if jump is not None and kind != Kind.HINT else None
@@ -510,7 +513,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
-        from_rest=from_rest(maps.results),
+        from_rest=held,
         beside=_beside(maps, reach[number], cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
@@ -985,7 +988,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         part = variables[name][maps.ways.index(which)]
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
-    sticking = period = whirling = acceleration = at = None
+    sticking = period = whirling = acceleration = least_shocks = at = None
     below = np.flatnonzero(_line(_met(maps, way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
@@ -1012,7 +1015,8 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         line = (_line(maps.bits_on(whirls), cell) & WHIRL) > 0
         inside = line & (x >= ends.low) & (x <= ends.high) if ends is not None else np.zeros_like(line)
         accelerations = _line(of("lateral_acceleration_rms", whirls), cell)
-        acceleration = float(np.min(accelerations[inside])) if inside.any() else float(accelerations[column])
+        acceleration = float(accelerations[column])
+        least_shocks = float(np.min(accelerations[inside])) if inside.any() else acceleration
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
     swing = None
@@ -1020,7 +1024,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    return Surface(torque, swing, sticking, period, whirling, acceleration, above, at, whirling_at)  # type: ignore[arg-type]
+    return Surface(torque, swing, sticking, period, whirling, acceleration, least_shocks, above, at, whirling_at)  # type: ignore[arg-type]
 
 
 def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
@@ -1274,6 +1278,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("period", seen.period, "stick_slip_period"),
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
+                    ("least_acceleration", seen.least_acceleration, "lateral_acceleration_rms"),
                 )
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},

@@ -57,7 +57,15 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain
-from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
+from nsdrill.words.answer import (
+    MOST_WARNINGS,
+    needed_for_words,
+    of_drag,
+    of_lumped,
+    of_unmodelled,
+    warnings,
+    would_help,
+)
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -179,7 +187,7 @@ def one_page(
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
     do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
-    below = [*of_unmodelled(first.window)]  # told there in any case
+    below = _of_model(first)  # told there in any case
     told = [without_keys(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
@@ -615,8 +623,13 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     head, _, last = decisive.rpartition(", ")
     estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
     against = "field data" if one.drills else "measurements"
-    unseen = "".join(f" {text}" for text in of_unmodelled(one.window))
+    unseen = "".join(f" {text}" for text in _of_model(one))
     return f"{LIMITS.format(against, estimates)}{unseen} {count(one.window['runs'], 'run')}.{more}"
+
+
+def _of_model(one: Sheet) -> list[str]:
+    """What the model leaves out of the string, which the page always tells."""
+    return [*of_unmodelled(one.window), *of_drag(one.window), *of_lumped(one.window, one.units)]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

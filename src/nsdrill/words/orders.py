@@ -44,6 +44,8 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
         elif self.advice.kind == Kind.HINT and self.advice.grade == Grade.FROM_SOME:
             yield f"Take {self.setting()} as a hint only: it is free from {self._percent()}."
+        elif self.advice.kind == Kind.HINT and self.advice.is_unreached:
+            yield f"Take {self.setting()} as a hint only: it is free when started there, but no way in was run."
         elif self.advice.kind == Kind.HINT and self.is_above:
             yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
@@ -120,11 +122,11 @@ class Orders(Words):
             cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text
-        if seen.whirling is not None and seen.acceleration is not None:
-            shocks, torque = f"{seen.acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
+        if seen.whirling is not None and seen.least_acceleration is not None:
+            shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
             torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
             text = f"Watch the shocks downhole: {shocks} or more is whirl. The torque does not show it ({torque})."
-            if seen.acceleration < FAINT:
+            if seen.least_acceleration < FAINT:
                 text = f"Whirl shows neither in the torque ({torque}) nor in the shocks downhole ({shocks} and more)."
             yield text
 

@@ -458,7 +458,10 @@ class Words:
         way = self.advice.way_in
         assert way is not None
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
-        why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+        if way.first == First.NONE:
+            why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+        else:  # the starts say nothing of a string that turns
+            why = f"Slowly it {verbs}; started with the bit at rest it is free, but no quick way in was run."
         texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
         return first_short(*texts)
 
@@ -905,5 +908,5 @@ class Words:
         if seen.whirling is not None:
             text += f"; whirl{self.met_at(seen.whirling_at)} shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:
-                text += f", and {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
+                text += f", and {seen.acceleration / 9.80665:.1f} g r.m.s. downhole"
         return f"{text}."

@@ -15,6 +15,7 @@ from nsdrill.app.check import (
     ShortObservation,
     few_states,
     lasting_motions,
+    lumped_string,
     nothing_cut,
     pulses,
     short_observation,
@@ -29,6 +30,7 @@ from nsdrill.data import (
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
+    LUMPED_STRING,
     OFF_BOTTOM,
     PULSES,
     SHORT,
@@ -61,6 +63,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     damping: Answer | None = None
     drags: list[dict[str, float]] = []
     wall: Answer | None = None
+    lumped: dict[str, list[str]] = {}
     pulse = unread = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
@@ -77,6 +80,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             drags = torque_off_bottom(study_of_part(study, results))
+            lumped = lumped_string(study_of_part(study, results))
             wall = wall_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
@@ -88,6 +92,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNREAD: unread,
         DAMPING: json_text(damping),
         OFF_BOTTOM: json_text(drags),
+        LUMPED_STRING: json_text(lumped),
         WALL_OFF_BOTTOM: json_text(wall),
         STICKS_TO: json_text(lasts),
         PULSES: pulse,

@@ -39,7 +39,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
-from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
+from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, lumped_above_wave, unusual
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -303,6 +303,11 @@ def wall_off_bottom(corners: list[Values]) -> dict[str, Any]:
         "low_side": "everywhere" if all(lying) else "part" if any(lying) else None,
         "range": None if found is None else {"axis": "rotary_speed", "from": found["from"], "to": found["to"]},
     }
+
+
+def lumped_string(corners: list[Values], format_value: FormatValue) -> str | None:
+    """That the lumped string is far from its first standing wave of torsion; None where it is not."""
+    return lumped_above_wave([Corner(each) for each in corners], format_value)
 
 
 def _on_low_side(corners: list[Corner]) -> str | None:
