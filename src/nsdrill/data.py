@@ -43,6 +43,8 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 STRING_BY_DEPTH = "string_by_depth"  # drag off bottom and torsional period of the string, by depth, as JSON
+LUMPED_STRING = "lumped_string"  # that torsion is far from its first standing wave, by units, as JSON
+WALL_OFF_BOTTOM = "wall_off_bottom"  # at which speeds the collar off bottom reaches the wall, as JSON
 UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
@@ -263,6 +265,14 @@ def rubs_along(attrs: Attributes) -> bool:
     rubs = isinstance(friction, dict) and any(friction.get(name) for name in ("static", "dynamic"))
     varied = [key for name in ("sweep", "uncertain") if isinstance(study.get(name), dict) for key in study[name]]
     return rubs or any(key.startswith("well.friction_along") for key in varied)
+
+
+def leaves_out_drag(attrs: Attributes) -> bool:
+    """Whether the hole is inclined, and the string does not rub along it, in a file with the root
+    attributes ``attrs``."""
+    well = resolved_study(attrs).get("well")
+    inclination = well.get("inclination") if isinstance(well, dict) else None
+    return bool(inclination) and not rubs_along(attrs)
 
 
 def drive_kind(attrs: Attributes) -> str:

@@ -53,4 +53,7 @@ def test_the_least_shocks_within_the_limits_tell_whirl():
     seen = {"surface_torque_mean": np.ones(shape), "lateral_acceleration_rms": grows}
     found = find_window(results_for_window(replace(one, variables={**one.variables, **seen})))["answer"]
     low = list(SPEEDS).index(found.stay_within["rotary_speed"].low)
-    assert found.surface.acceleration == low + 1.0
+    assert found.surface.least_acceleration == low + 1.0
+    # torque and shocks of one line are those of one run
+    assert found.surface.whirling_at is None
+    assert found.surface.acceleration == list(SPEEDS).index(found.point["rotary_speed"]) + 1.0 > low + 1.0

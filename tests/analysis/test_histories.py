@@ -79,13 +79,25 @@ def test_many_starts():
     starts = np.array([[S, S, T], [S, C, U], [C, C, U], [C, X, C], [C, C, C], [U, U, U], [S, S, U]])
     assert [Grade(int(g)) for g in of_starts(starts)] == [
         Grade.ANY_HISTORY,
-        Grade.FROM_BELOW_ONLY,
+        Grade.FROM_SOME,
         Grade.UNKNOWN,
         Grade.STALLED,
         Grade.CRITICAL,
         Grade.UNKNOWN,
         Grade.UNKNOWN,  # safe from all, or from some: the third start decides
     ]
+    assert not is_allowed(np.array(Grade.FROM_SOME)), "a string need not be among those that are free"
+
+
+def test_stick_slip_that_lasts_withdraws_what_all_starts_leave_free():
+    """As of one start: few of those that are drawn begin in stick-slip, so that none need show it."""
+    starts = np.array([[S, S], [S, S], [S, C]])
+    assert [Grade(int(g)) for g in of_starts(starts, np.array([True, False, True]))] == [
+        Grade.STICKS_ON,
+        Grade.ANY_HISTORY,
+        Grade.FROM_SOME,
+    ]
+    assert Grade(int(of_starts(starts[:1], between=True)[0])) == Grade.BORDERLINE
 
 
 def test_one_start_that_is_clear_says_nothing_of_those_that_failed():

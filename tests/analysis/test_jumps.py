@@ -108,7 +108,7 @@ def test_above_a_step_that_may_jump_there_is_a_hint_everywhere():
     assert "class='answer no'" in page
     assert "class='answer yes'" not in page
     assert SENTENCE in page
-    assert "<td>40 to 50, 60, 70 to 120</td>" in page
+    assert "<td>40 to 50; (?) 60, 70 to 120</td>" in page
 
 
 def test_fine_steps_are_a_setting():
@@ -233,3 +233,11 @@ def test_steps_may_jump_across_the_speeds_at_which_lobes_lift_the_bit():
     fine = parse_study(LOBED % 37)
     found = [one for one in lasting_motions(fine) if one["name"] == "lobe_resonance"]
     assert [one["jumped"] for one in found] == [None]
+
+
+def test_a_narrow_hint_above_such_a_step_says_so_in_its_sentence():
+    """Free at 70 rpm alone, above steps of 10 rpm over the speeds of the wall."""
+    window = find_window(results(rows="wwwwww.ww"))
+    assert window["answer"].narrow
+    assert "steps of 10 rpm may jump across whirl at 59 to 68 rpm" in words_of(window, "field").sentence()
+    assert window["jumped_points"] > 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from figures.test_wording import FREE, ROLLS, SPEEDS, WALL, WEIGHTS, made
 
-from nsdrill.analysis.advice import Advice, _at_point, best_of, without
+from nsdrill.analysis.advice import Advice, Kind, _at_point, best_of, without
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, SPEED_FIRST, Outcome, Trial, Trials, Way
@@ -110,6 +110,11 @@ def test_a_start_is_named_as_what_was_run(from_rest, said):
     (words,) = (words for words in found["grades"] if words.startswith("safe"))
     assert said in words
     assert Grade.FROM_START.words(from_rest) == words
+    # what was started at rest shows no quick way in
+    assert (found["answer"].kind == Kind.HINT) is from_rest
+    sentence = words_of(found, "field").sentence()
+    assert ("started with the bit at rest it is free, but no quick way in was run" in sentence) is from_rest
+    assert ("quickly" in sentence) is not from_rest
     alone = find_window(with_starts(from_rest, same=STARTS))
     assert ("started there with the bit at rest" in words_of(alone, "field").sentence()) is from_rest
 

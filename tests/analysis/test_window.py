@@ -16,7 +16,8 @@ from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.text.window_text import lines
 from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
-from nsdrill.words.answer import answer, warnings
+from nsdrill.words.answer import answer, needed_for_words, warnings
+from nsdrill.words.orders import Orders
 
 from .grids import grid
 
@@ -215,6 +216,12 @@ def test_by_severity_an_inferred_point_is_unknown():
     assert find_window(data)["safe"] == 3
 
 
+def spoken(note) -> str:
+    """All words of an answer: the sentence, the lines and the orders."""
+    orders = Orders(*needed_for_words(note, "si"))
+    return " ".join(" ".join([answer(note, "si"), *lines(note, "si"), *orders.do(), *orders.do_not()]).split())
+
+
 def of_three_starts() -> Results:
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
@@ -223,20 +230,26 @@ def of_three_starts() -> Results:
 
 
 def test_what_many_starts_show():
-    """Safe from all starts: after any history. From some: nothing was brought up there, so it
-    is a hint, with its share."""
+    """Safe from all starts: after any history. From some: it is not allowed, but a hint, with its
+    share; nothing was brought up or down."""
     data = of_three_starts()
     data["response"][0, 0, 0, 1, 2] = 1
     data["response"][0, 0, 0, 3] = 1
     note = find_window(data)
-    assert note["grades"] == {"critical": 1, "safe from below only": 1, "safe after any history": 2}
-    assert note["histories"] == 3
+    assert note["grades"] == {"critical": 1, "free from some starts only": 1, "safe after any history": 2}
+    assert (note["histories"], note["starts"], note["safe"]) == (3, 3, 2)
+    beyond = note["answer"].stay_within["rotary_speed"]
+    assert [one.free_from for one in (beyond.below, beyond.above)].count((2, 3)) == 1
+    assert "at 2 rad/s (19.1 rpm) it is free from 2 of 3 starts only: from others it bounces" in spoken(note)
     data["response"][0, 0, 0, :, 0] = 1
     data["response"][0, 0, 0, 2, 2] = 1
     found = find_window(data)
     assert found["answer"].kind == "hint"
     assert found["answer"].point == {"rotary_speed": 1.0}, "two of three, and the others fewer"
-    assert answer(found, "si").startswith("Hint only: 1 rad/s (9.55 rpm) is free of vibration from 67 % of 3 starts (")
+    assert answer(found, "si").startswith("Hint only: 1 rad/s (9.55 rpm) is free of vibration from 2 of 3 starts (")
+    assert (found["safe"], found["maps"][0]["recommended"]) == (0, None)
+    for word in ("from below", "coming down", "Never exceed", "Bring up", "bring up"):
+        assert word not in spoken(found)
 
 
 def test_a_failed_start_leaves_open_whether_all_are_safe():
@@ -244,7 +257,7 @@ def test_a_failed_start_leaves_open_whether_all_are_safe():
     data["response"][0, 0, 0, 1, 1] = 1
     data["status"][0, 0, 0, 1, 2] = DIVERGED
     note = find_window(data)
-    assert (note["grades"]["safe from below only"], note["unknown"], note["failed_points"]) == (1, 0, 1)
+    assert (note["grades"]["free from some starts only"], note["unknown"], note["failed_points"]) == (1, 0, 1)
 
 
 def test_one_axis_has_intervals():

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from analysis.grids import told
+from analysis.grids import grid, told
 from made_up import covered, make_results, spoil
 from matplotlib.colors import to_rgb
 from matplotlib.transforms import Bbox
@@ -20,6 +20,7 @@ from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.figures.kinds.window_map import draw_two
+from nsdrill.figures.map_panels import has_room_for_ticks
 from nsdrill.figures.measured_overlay import overlay
 from nsdrill.figures.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.figures.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
@@ -467,3 +468,13 @@ def test_what_has_no_place_is_told():
     ):
         with pytest.raises(InputError, match=said):
             overlay(figures.draw(results, kind), results, one, "si")
+
+
+def test_each_weight_that_was_run_has_a_tick():
+    """Not round numbers between them, which nothing ran."""
+    assert has_room_for_ticks(np.array([5.0, 10.0, 20.0]))
+    assert not has_room_for_ticks(np.linspace(1.0, 30.0, 30))
+    assert not has_room_for_ticks(np.array([1.0, 1.1, 40.0]))
+    results = grid({"up": [["s..w"] * 3]}, [4.0, 5.0, 6.0, 7.0], [20e3, 30e3, 50e3])
+    axes = figures.draw(results, "window", units="si").axes[0]
+    assert axes.get_yticks().tolist() == [20.0, 30.0, 50.0]

@@ -164,7 +164,7 @@ CASES = {
     ),
     "many starts": (
         of_starts(),
-        "Hint only: 15 klbf and 90 rpm is free of vibration from 25 % of 4 starts (5 to 70). How it is brought up "
+        "Hint only: 15 klbf and 90 rpm is free of vibration from 1 of 4 starts (5 to 70 %). How it is brought up "
         "there was not run.",
     ),
     "no answer": (

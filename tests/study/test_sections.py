@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.app.check import lumped_string
 from nsdrill.sampling import Pair, Uncertain, draw, in_order
 from nsdrill.study import parse_study
 from nsdrill.study.schema import json_schema
@@ -267,3 +268,23 @@ def test_a_section_by_its_places_is_told_that_it_has_a_length():
     found = faults(text + "operation: {depth: 2000 m}\n")
     assert [one.key.rpartition(".")[2] for one in found[:2]] == ["from", "to"]
     assert all("Each has its length" in one.suggestion and "continue" not in one.suggestion for one in found[:2])
+
+
+SLENDER = """
+drillstring:
+  sections:
+    - {outer_diameter: 5 in, inner_diameter: 4.276 in}
+    - {length: 5000 ft, outer_diameter: 3.5 in, inner_diameter: 2.764 in}
+    - {length: 700 ft, outer_diameter: 3.5 in, inner_diameter: 2.0625 in}
+    - {length: 200 ft, outer_diameter: 4.75 in, inner_diameter: 2.25 in}
+  collar: {span: 45 ft}
+well: {diameter: 6.125 in}
+operation: {depth: 16400 ft, wob: 8 klbf, rotary_speed: 120 rpm}
+"""
+
+
+def test_a_lumped_string_that_is_far_from_its_first_wave_is_told():
+    """Thin pipe above the bit swings with it: the spring and the mass are 18 % too fast."""
+    (text,) = lumped_string(parse_study(SLENDER))["field"]
+    assert "13.88 rpm, is 18 % above that of its first standing wave, 11.77 rpm" in text
+    assert lumped_string(parse_study("operation: {depth: 9500 ft}")) == {}

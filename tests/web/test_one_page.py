@@ -11,7 +11,8 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import STICKS_TO, Results, json_text
+from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
+from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, one_page
@@ -24,7 +25,8 @@ NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom":
 def words(results: Results, study: str = "", along: str = "rotary_speed") -> str:
     axis = "[70 rpm, 80 rpm]" if along == "rotary_speed" else "[10 klbf, 15 klbf]"
     resolved = parse_study(f"sweep: {{{along}: {axis}, procedure: all}}\n{study}").resolved
-    attrs = {**results.attrs, "study_resolved": json_text(resolved)}
+    nowhere = {"over": [], "unstable_to": [0.0], "lasts_to": [0.0], "from_rest": False}  # stick-slip, by the model
+    attrs = {STICKS_TO: json_text(nowhere), **results.attrs, "study_resolved": json_text(resolved)}
     page = one_page([Sheet(replace(results, attrs=attrs), "field", "x.h5")], "A4", {"Well": ""})
     body = re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
@@ -77,7 +79,7 @@ def test_what_is_free_from_a_quick_start_only_is_not_allowed_to_who_brings_up_an
 def test_the_next_limit_lies_above_what_is_allowed():
     """It whirls from 70 to 80 rpm, from 90 it is free, and at 130 it whirls again."""
     said = words(made(WALL, up=["ww....w", *FREE[1:]], down=ROLLS))
-    assert "10 klbf none whirl 120 to 130 90 to 120" in said
+    assert "10 klbf 70 to 80 whirl 120 to 130 90 to 120" in said  # on the way down it sticks at 70 rpm
 
 
 def test_along_the_weight_stick_slip_begins():
@@ -240,3 +242,96 @@ def test_a_page_of_two_files_has_the_answer_of_both():
     sheets = [Sheet(one, "field", "x.h5") for one in both]
     page = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", one_page(sheets, "A4", {}, ["old", "new"]))).split())
     assert f"new: {sheets[1].orders.sentence()}" in page
+
+
+def of_wall(low_side: str | None = None, ends: tuple[float, float | None] | None = None) -> dict:
+    found = None if ends is None else {"axis": "rotary_speed", "from": ends[0], "to": ends[1]}
+    return {WALL_OFF_BOTTOM: json_text({"low_side": low_side, "range": found})}
+
+
+@pytest.mark.parametrize(
+    ("attrs", "said"),
+    [
+        ({}, "not known at which speeds off bottom the collar reaches the wall"),
+        (of_wall(), "none off bottom the collar reaches the wall at no speed that is known"),
+        (of_wall(ends=(7.0, 7.3)), "66 to 70 rpm off bottom the collar reaches the wall"),
+        (of_wall(ends=(7.0, None)), "above 66.85 rpm off bottom the collar reaches the wall"),
+        (of_wall("everywhere"), "at every speed the collar lies on the low side of the hole"),
+    ],
+)
+def test_where_the_collar_is_at_the_wall_is_known_of_starts_too(attrs, said):
+    """Nothing was brought up, so that there is no way in, but the study tells where the wall is."""
+    results = made(same=FREE)
+    page = words(replace(results, attrs={**results.attrs, **attrs}))
+    assert said in page
+    assert ("THE COLLAR LIES ON THE LOW SIDE of the hole at every speed" in page) == ("low side" in said)
+
+
+def test_one_page_of_many_starts_brings_nothing_up():
+    one = made(same=[*FREE[:4], "......w"])
+    coords = {**one.coords, "start": np.arange(4)}
+    variables = {name: np.repeat(values[..., None], 4, axis=-1) for name, values in one.variables.items()}
+    variables["response"][0, 0, :4, 1:, 3] = WHIRL
+    page = words(Results(coords, variables, one.attrs))
+    assert "only some starts free, " in page
+    for never in ("Bring up", "bring up", "coming down", "from below"):
+        assert never not in page
+
+
+_STEP = to_si("10 rpm", "rad/s")
+JUMPED = {"from": 7.5 * _STEP, "to": 8.5 * _STEP, "enough": 0.1, "step": _STEP}
+
+
+def test_steps_that_may_jump_are_in_the_table_the_map_and_the_warnings():
+    """Above steps of 10 rpm over speeds at which the collar reaches the wall nothing is known of a string that is
+    brought up."""
+    said = words(made({**WALL, "jumped": JUMPED}, up=["......."] * 5, down=ROLLS))
+    assert "15 klbf 70 to 80 (?) not known above 70 70; (?) 80, 90 to 120" in said
+    assert "(?) not known to be free when brought up: steps of 10 rpm may jump across whirl at 75 to 85 rpm." in said
+    assert "STEPS OF 10 rpm MAY JUMP" in said
+    assert "(?)" not in words(made(WALL, up=["......."] * 5, down=ROLLS))
+
+
+def test_a_quick_start_that_the_map_outlines_is_in_the_table_of_a_hint_too():
+    said = words(made(WALL, up=["s.wwwww", *["sswwwww"] * 4], same=["s.w....", *["sss...."] * 4]))
+    assert "15 klbf 90 to 100 whirl from 90 quick start only: 100 to 130" in said
+
+
+def test_stick_slip_that_gives_way_to_whirl_has_not_ended():
+    """The model says that it lasts to 115 rpm, where the way up whirls from 90 rpm on; without the model its end is
+    not known, as the warning says."""
+    results = made(WALL, up=["sswwwww"] * 5, same=["sssss.."] * 5)
+    said = words(told(results, [to_si("115 rpm", "rad/s")] * 5))
+    assert "15 klbf 110 to 120 whirl from 90" in said
+    assert "80 to 90" not in said
+    unknown = words(told(results, [None] * 5))
+    assert "15 klbf not known, in the runs 80 to 90 whirl from 90" in unknown
+    assert "not known to which speed stick-slip, once started, lasts at" in unknown
+    assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in unknown
+
+
+def test_the_next_limit_names_what_the_map_paints_there():
+    """At 90 rpm the way up whirls, and a start there sticks."""
+    said = words(told(made(WALL, up=["s.w...."] * 5, same=["s.s...."] * 5), [to_si("95 rpm", "rad/s")] * 5))
+    assert "stick-slip may last from" not in said
+    assert "15 klbf 90 to 100 " in said
+
+
+@pytest.mark.parametrize("inclination", ["0 deg", "30 deg"])
+def test_an_inclined_hole_without_drag_says_that_the_torque_is_more(inclination):
+    said = words(made(WALL, up=FREE, down=ROLLS), f"well: {{inclination: {inclination}}}")
+    assert ("NO DRAG ALONG THE HOLE is in the model" in said) == (inclination == "30 deg")
+
+
+@pytest.mark.parametrize("begins_above", [False, True])
+def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
+    """With a usual one stick-slip lasts to 95 rpm, within what to stay within, whatever makes it a hint."""
+    onset = {**NOTHING_BEGINS, "name": "stick_slip_onset", "words": "the onset", "lasts": None, "from": SPEEDS[0]}
+    onset |= {"min": 1.0, "max": 1.0, "weights": [0.0, 1e6]}
+    ends = [{"wob": wob, "now": 6.0, "usual": to_si("95 rpm", "rad/s")} for wob in WEIGHTS]
+    damping = {"key": "drillstring.torsional_damping", "value": 50.0, "usual": 20.0, "ratio": 0.08}
+    one = made(onset if begins_above else WALL, up=["......w"] * 5, down=FREE)
+    damped = {DAMPING: json_text({**damping, "is_default": False, "lasts": ends})}
+    said = words(replace(one, attrs={**one.attrs, **damped}))
+    assert ("nothing was brought up through" in said) == begins_above
+    assert "THE DAMPING OF TORSION IS UNUSUAL" in said

@@ -88,6 +88,8 @@ class Border:
     """Whether it is free, but a motion was still changing there."""
     is_on_wall: bool = False
     """Whether it is allowed, but off bottom the collar reaches the wall there, on the way in and when picked up."""
+    free_from: tuple[int, int] | None = None
+    """Of a point that is free from some of many starts only: from how many, of how many."""
 
 
 @dataclass(frozen=True)
@@ -196,8 +198,9 @@ class Surface:
     """What is seen at the surface: the mean torque [N m] at the point, with
     its ``swing`` where it swings by more than :data:`STEADY` of it; least and greatest
     torque in the stick-slip nearest below it, and its period [s], at least; and the
-    mean torque of a whirl at the point, or of the nearest one at its weight, and the least r.m.s.
-    lateral acceleration [m/s^2] of those within the limits, else its own. None where that was not met."""
+    mean torque and the r.m.s. lateral acceleration [m/s^2] of a whirl at the point, or of the nearest
+    one at its weight, and the least acceleration of those within the limits, else its own. None where
+    that was not met."""
 
     torque: float | None = None
     swing: tuple[float, float] | None = None
@@ -208,6 +211,7 @@ class Surface:
     """Of a stick-slip whose period was not measured, the least that it has [s]: that of the torsional mode."""
     whirling: float | None = None
     acceleration: float | None = None
+    least_acceleration: float | None = None
     off_bottom: float | None = None
     """The torque of the string off bottom at the speed of the point [N m], where nothing rubs
     along the hole: all torques here are above that at their speed, as a gauge that is
@@ -431,9 +435,7 @@ def _advise(maps: Graded) -> Advice:
         return over
     choices = [one for number in range(len(maps.allowed)) if (one := best_of(maps, number)) is not None]
     if not choices:
-        return _nothing(maps)
-    if maps.share is not None and not any(one.is_better for one in choices):
-        return _of_starts(maps)
+        return _nothing(maps) if (found := _of_starts(maps)) is None else found
     order, widest = list(Room), maps.allowed.sum(axis=(1, 2))
     return _at_point(
         maps,
@@ -441,14 +443,31 @@ def _advise(maps: Graded) -> Advice:
     )
 
 
-def _of_starts(maps: Graded) -> Advice:
-    """The answer of many starts where no point with room is safe from all of them: as nothing
-    was brought up to a point, what is safe from some starts is a hint, the largest share
-    first."""
-    assert maps.share is not None
-    deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in maps.allowed])
-    cell = _greatest(np.where(maps.allowed & maps.was_run, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
-    return _at_point(maps, Choice(cell, Room.NARROW, 0, False))
+def _of_starts(maps: Graded) -> Advice | None:
+    """The answer of many starts where no point is safe from all of them: what is free from
+    some is a hint with its share, the largest first, and has no limits, as nothing around it is
+    allowed. None where no point is, and of others than starts."""
+    some = (maps.grade == Grade.FROM_SOME) & maps.was_run
+    if maps.share is None or not some.any():
+        return None
+    deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in some])
+    cell = _greatest(np.where(some, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
+    return Advice(
+        Kind.HINT,
+        Grade.FROM_SOME,
+        room=0.0,
+        narrow=True,
+        point=_values(maps, cell),
+        at=_third(maps, cell[0]),
+        held={axis: maps.results.held[axis] for axis in ("wob", "rotary_speed") if axis in maps.results.held},
+        share=_share(maps, cell),
+        stops=_stops(maps),
+        near=_near(maps),
+        yields=_all_yields(maps, cell),
+        sticks_to=sticks_to(maps, cell),
+        modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
+        cell=cell,
+    )
 
 
 def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels: slice | None = None) -> Advice:
@@ -479,7 +498,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
     slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
-    is_unreached = kind == Kind.QUICK_START and way is not None and way.first == First.NONE
+    held = from_rest(maps.results)
+    is_unreached = kind == Kind.QUICK_START and way is not None and (way.first == First.NONE or held)
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
     tried_kind = kind if jump is not None and kind != Kind.HINT else None
@@ -501,7 +521,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
-        from_rest=from_rest(maps.results),
+        from_rest=held,
         beside=_beside(maps, reach[number], cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
@@ -769,7 +789,14 @@ def _border(
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
+        free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
+
+
+def _free_starts(maps: Graded, cell: Cell) -> tuple[int, int]:
+    """From how many starts a cell is free, and how many there are."""
+    labels = maps.labels[0][cell]
+    return int((labels >= Label.TOUCHING).sum()), len(labels)
 
 
 def _beside(maps: Graded, reach: Array, cell: Cell) -> Border | None:
@@ -993,7 +1020,7 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         part = variables[name][maps.ways.index(which)]
         return np.asarray(planes_of(maps.results, maps.x, maps.y, maps.third)(part[None])[..., 0])
 
-    sticking = period = shortest = whirling = acceleration = at = None
+    sticking = period = shortest = whirling = acceleration = least_shocks = at = None
     below = np.flatnonzero(_line(_met(maps, way), cell)[: cell[2]] & STICK_SLIP)
     if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
         near = (*cell[:2], int(below[-1]))
@@ -1021,7 +1048,8 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         line = (_line(maps.bits_on(whirls), cell) & WHIRL) > 0
         inside = line & (x >= ends.low) & (x <= ends.high) if ends is not None else np.zeros_like(line)
         accelerations = _line(of("lateral_acceleration_rms", whirls), cell)
-        acceleration = float(np.min(accelerations[inside])) if inside.any() else float(accelerations[column])
+        acceleration = float(accelerations[column])
+        least_shocks = float(np.min(accelerations[inside])) if inside.any() else acceleration
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
     swing = None
@@ -1029,7 +1057,8 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    return Surface(torque, swing, sticking, period, shortest, whirling, acceleration, above, at, whirling_at)  # type: ignore[arg-type]
+    shocks = acceleration, least_shocks
+    return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at)  # type: ignore[arg-type]
 
 
 def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
@@ -1052,8 +1081,7 @@ def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
 def _share(maps: Graded, cell: Cell) -> Share | None:
     """The probability of a point of results with samples, or the share of its starts."""
     if maps.share is not None:
-        labels = maps.labels[0][cell]
-        count, total = int((labels >= Label.TOUCHING).sum()), len(labels)
+        labels, (count, total) = maps.labels[0][cell], _free_starts(maps, cell)
         failed = int((labels == Label.UNKNOWN).sum())
         low, high = interval(np.asarray(count), total, failed)
         return Share(float(maps.share[cell]), float(low), float(high), float(maps.share[cell]), total, failed)
@@ -1286,6 +1314,7 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("least_period", seen.least_period, "stick_slip_period"),
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
+                    ("least_acceleration", seen.least_acceleration, "lateral_acceleration_rms"),
                 )
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},
@@ -1329,4 +1358,7 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     grade, responses = _name(border.grade), list(border.responses)
     found = {"at": {**value, **beside} or None, "grade": grade, "responses": responses, **sticking}
     flags = {name: True for name in FLAGS if getattr(border, name)}
-    return {**found, **flags}
+    starts = (
+        {} if border.free_from is None else {"free_from": {"starts": border.free_from[0], "of": border.free_from[1]}}
+    )
+    return {**found, **flags, **starts}

@@ -242,7 +242,9 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
         share = (starts >= Label.TOUCHING).sum(axis=-1) / is_known
-        grades = of_starts(starts)[..., None]
+        # of the model, and so of all starts alike
+        sticks = (worlds((found.unstable | (found.met & found.lasts))[None])[0]).any(axis=-1)
+        grades = of_starts(starts, sticks, worlds(found.between[None])[0].any(axis=-1))[..., None]
         return Graded(
             results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share, outside=outside
         )

@@ -50,10 +50,13 @@ class Grade(IntEnum):
     STICKS_ON = 5
     """Free on the way up, but stick-slip was met below, and lasts here once it is there: a
     step of the sweep may have ended it."""
-    FROM_START = 6
-    FROM_BELOW_ONLY = 7
-    FROM_BELOW = 8
-    ANY_HISTORY = 9
+    FROM_SOME = 6
+    """Free from some of many starts, and not from others: which of them a string resembles is not
+    known."""
+    FROM_START = 7
+    FROM_BELOW_ONLY = 8
+    FROM_BELOW = 9
+    ANY_HISTORY = 10
 
     @property
     def allowed(self) -> bool:
@@ -77,6 +80,7 @@ _WORDS = {
     Grade.ONLY_FROM_ABOVE: "only from above",
     Grade.BORDERLINE: "borderline",
     Grade.STICKS_ON: "stick-slip may last",
+    Grade.FROM_SOME: "free from some starts only",
     Grade.FROM_BELOW_ONLY: "safe from below only",
     Grade.FROM_BELOW: "safe from below",
     Grade.ANY_HISTORY: "safe after any history",
@@ -226,17 +230,20 @@ def excursion(up: Array, down: Array, of: tuple[Label, ...] = (Label.CRITICAL, L
     return np.asarray(np.logical_or.accumulate(np.concatenate([begins, higher]), axis=0)[::-1])
 
 
-def of_starts(labels: Array) -> Array:
+def of_starts(labels: Array, sticks: Array | bool = False, between: Array | bool = False) -> Array:
     """The grades of points that were run from many starts, the last dimension of
-    ``labels``: safe after any history where every start is, safe from some where some
-    are and others are known not to be. The point itself says nothing of how they are
-    reached."""
+    ``labels``: safe after any history where every start is, and free from some only, which is not
+    allowed, where some are and others are known not to be. The point itself says nothing of how
+    they are reached. As of one start, stick-slip ``sticks`` where it may last by the model, and a
+    point ``between`` two at which it does is near a limit, whatever the starts that were drawn
+    show."""
     is_known = labels != Label.UNKNOWN
     is_safe = labels >= Label.TOUCHING
     some = is_safe.any(axis=-1) & (is_known & ~is_safe).any(axis=-1)
     stalls = (labels == Label.STALLED).any(axis=-1)
+    every = is_safe.all(axis=-1)
     return np.select(
-        [is_safe.all(axis=-1), some, ~is_known.all(axis=-1), stalls],
-        [Grade.ANY_HISTORY, Grade.FROM_BELOW_ONLY, Grade.UNKNOWN, Grade.STALLED],
+        [every & sticks, every & between, every, some, ~is_known.all(axis=-1), stalls],
+        [Grade.STICKS_ON, Grade.BORDERLINE, Grade.ANY_HISTORY, Grade.FROM_SOME, Grade.UNKNOWN, Grade.STALLED],
         Grade.CRITICAL,
     )

@@ -6,13 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.analysis.advice import names_of
+from nsdrill.analysis.advice import names_of, sticks_to
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
+from nsdrill.analysis.untried import first_on_the_way, jumps_of
 from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import STICK_SLIP
+from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.records import dataclass
 
 SPEED = "rotary_speed"  # along which stick-slip ends; along others, as the weight, it begins
@@ -26,6 +27,16 @@ class Step:
 
     last: float | None
     next: float | None
+    is_known: bool = True
+    """Of stick-slip whether it is its end: not where the runs alone tell it and another vibration took its place."""
+
+
+def past_jumps(maps: Graded, number: int, row: int) -> Array:
+    """Which allowed points of a row [third, y] are brought up by steps that may jump across a vibration, or a gap."""
+    jumps, found = jumps_of(maps), maps.allowed[number, row] & ~started_only(maps, number, row)
+    cells = ((number, row, column) for column in range(len(found)))
+    past = [bool(on) and first_on_the_way(maps, jumps, cell) is not None for on, cell in zip(found, cells, strict=True)]
+    return np.asarray(past, dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -39,8 +50,11 @@ class Limit:
 
 
 def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = None) -> Step | None:
-    """Where stick-slip ends in a row [third, y] on the way in, or may last to; with ``below`` the last end
-    below that place; along another axis than the speed where it begins. None where there is none."""
+    """Up to where stick-slip, once started, lasts in a row [third, y]: by the model, or where a run sticks at
+    greater speeds, by that; where the model does not tell it by the runs alone, the last end below the place ``below``.
+    Along another axis than the speed where it begins. None where there is none."""
+    if maps.x == SPEED and maps.confidence is None and maps.modelled is not None and maps.modelled[number, row].all():
+        return _by_model(maps, number, row)
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     is_ending = maps.x == SPEED
     # without samples or starts, of which some differ
@@ -53,7 +67,22 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
         before = known[known < sticking[0]]
         return Step(float(values[before[-1]]) if before.size else None, float(values[sticking[0]]))
     after = known[known > sticking[-1]]
-    return Step(float(values[sticking[-1]]), float(values[after[0]]) if after.size else None)
+    if not after.size:
+        return Step(float(values[sticking[-1]]), None)
+    return Step(float(values[sticking[-1]]), float(values[after[0]]), not bits[after[0]])
+
+
+def _by_model(maps: Graded, number: int, row: int) -> Step | None:
+    """Up to where stick-slip lasts in a row of which the model tells it."""
+    values, ways = maps.values(maps.x), maps.bits[:, number, row]
+    is_lasting = (ways & STICK_SLIP > 0) & (ways & WHIRL == 0)  # of a collar on the wall it is the friction there
+    is_lasting = is_lasting.any(axis=(0, -1)) | (maps.bits_on(maps.way_in)[number, row] & STICK_SLIP > 0)
+    to = max((sticks_to(maps, (number, row, column)) or 0.0) for column in range(len(values)))
+    found = np.flatnonzero(is_lasting | (values <= to))
+    if not found.size:
+        return None
+    last = int(found[-1])
+    return Step(float(values[last]), float(values[last + 1]) if last + 1 < len(values) else None)
 
 
 def _sticks(bits: Array, grades: Array, others: Array | int = 0) -> Array:

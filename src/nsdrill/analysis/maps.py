@@ -127,7 +127,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
 def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where the histories decide on a point."""
-    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.ONLY_FROM_ABOVE))
+    by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.FROM_SOME, Grade.ONLY_FROM_ABOVE))
     if grades.outside is not None:  # free, but only to pass
         by_history |= grades.outside & is_allowed(grades.grade)
     is_known = grades.grade != Grade.UNKNOWN

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.data import STRING_BY_DEPTH, Attributes, rubs_along
+from nsdrill.data import STRING_BY_DEPTH, WALL_OFF_BOTTOM, Answer, Attributes, rubs_along
 
 
 def drag_off_bottom(attrs: Attributes, at: Mapping[str, Any]) -> float | None:
@@ -31,3 +31,13 @@ def _at_depth(attrs: Attributes, at: Mapping[str, Any], name: str) -> float | No
         return None
     depths, values = ([float(one[key]) for one in known] for key in ("depth", name))
     return float(np.interp(float(at.get("depth", depths[0])), depths, values))
+
+
+def wall_off_bottom(attrs: Attributes) -> Answer | None:
+    """Where the collar of a string that turns off bottom is at the wall, of a file with these root
+    attributes: ``low_side``, whether it lies on the low side of the hole at every speed, ``everywhere`` or
+    in a ``part`` of the study, else null; and the ``range`` of speeds [rad/s] at which the imbalance
+    brings it there, ``to`` null where at all greater ones, null where at none. None where the model
+    does not tell it."""
+    found: Answer | None = json.loads(attrs.get(WALL_OFF_BOTTOM, "null"))
+    return found

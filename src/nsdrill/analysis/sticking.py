@@ -6,7 +6,7 @@ other number, may end it by the phase at which it comes. So a point that is free
 the last one that sticks need not be free for a string that is brought there more
 smoothly. Runs show that stick-slip lasts up to a speed where one sticks there that was
 started at the point, or lowered to it; the model shows it by its cycle. Many starts of
-a point find it themselves.
+a point need not find it, as few of them begin in it.
 """
 
 from __future__ import annotations

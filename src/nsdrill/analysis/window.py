@@ -25,7 +25,9 @@ from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import driven_by_mud, lasting
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
+from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
+from nsdrill.analysis.off_bottom import wall_off_bottom
 from nsdrill.analysis.planes import Cell, check_judged, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
@@ -40,6 +42,7 @@ from nsdrill.data import (
     FEW,
     GUESSED_SCALES,
     LASTING_MOTIONS,
+    LUMPED_STRING,
     PULSES,
     SHORT,
     UNCUT,
@@ -50,6 +53,7 @@ from nsdrill.data import (
     Results,
     drive_kind,
     frozen_modes,
+    leaves_out_drag,
     overrides,
     resolved_study,
 )
@@ -101,6 +105,8 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "depth": _over_depth(maps),
         "stick_slip": _stick_slip(maps),
         "stuck_through": _stuck_through(maps, found.cell),
+        "jumped_points": _jumped_points(maps),
+        "wall_off_bottom": wall_off_bottom(results.attrs),
     }
     # to look for words takes the descriptions of all models
     return dict(in_words(told)) if any(map(words_along, results.swept)) else told
@@ -123,6 +129,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "chain": None if (chain := chain_of(results)) is None else chain.as_data(),
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
+        "starts": len(results.coords["start"]) if "start" in results.coords else None,
         "severity": severity,
         "axes": axes,
         "third": maps.third,
@@ -146,6 +153,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
+        "drag_left_out": model_in(results.attrs).drills and leaves_out_drag(results.attrs),
         "gaps": [data_of_jump(one) for one in gaps_of(results)],
         "lasting_motions": lasting,
         "driven_by_mud": _driven_by_mud(results),
@@ -154,7 +162,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "not_in_model": _not_in_model(results),
         "rtol": simulation.get("rtol") if isinstance(simulation, dict) else None,
         "peaks_kept": results.peaks_kept,
-        **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW)},
+        **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW, LUMPED_STRING)},
         PULSES: str(results.attrs.get(PULSES, "")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
@@ -283,6 +291,12 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
         "to": high,
         "at_point": cell is not None and bool(found[cell]),
     }
+
+
+def _jumped_points(maps: Classes) -> int:
+    """To how many allowed points the steps of the way up may jump across a vibration, or a gap."""
+    rows = np.ndindex(*maps.grades.grade.shape[:2])
+    return sum(int(np.count_nonzero(past_jumps(maps.grades, number, row))) for number, row in rows)
 
 
 def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) -> float:
@@ -456,6 +470,8 @@ def _everything(maps: Classes, cell: Cell) -> Answer:
 def _recommended(maps: Classes, number: int, answer: Advice) -> Answer | None:
     """The setting of one map, or its best hint (:mod:`nsdrill.analysis.room`), that of the
     ``answer`` in its map; None where no point is allowed."""
+    if answer.grade == Grade.FROM_SOME:  # a hint that is not allowed
+        return None
     if answer.kind not in NO_POINT and answer.cell is not None and answer.cell[0] == number:
         cell, is_hint = answer.cell, answer.kind == Kind.HINT
     elif (choice := best_of(maps.grades, number)) is not None:

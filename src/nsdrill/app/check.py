@@ -437,6 +437,24 @@ def string_by_depth(study: Study) -> list[dict[str, float]]:
     return [{"depth": depth, "drag": drag, "period": period} for depth, (drag, period) in sorted(found.items())]
 
 
+def lumped_string(study: Study) -> dict[str, list[str]]:
+    """The warning of :func:`warnings` of a lumped string that is far from its first standing wave of
+    torsion, in each system of units."""
+    told: Any = getattr(checks_of(study.model), "lumped_string", None)
+    if told is None:
+        return {}
+    texts = {units: told(_corners(study), partial(_amount_text, units)) for units in ("si", "field")}
+    return {units: [text] for units, text in texts.items() if text is not None}
+
+
+def wall_off_bottom(study: Study) -> Answer | None:
+    """Where the collar of a string that turns off bottom is at the wall, as
+    :func:`nsdrill.analysis.off_bottom.wall_off_bottom` has it; None of a model that does not tell it."""
+    told: Any = getattr(checks_of(study.model), "wall_off_bottom", None)
+    found: Answer | None = None if told is None else told(_corners(study))
+    return found
+
+
 class ShortObservation(NamedTuple):
     """The warnings of :func:`warnings` that an observation is too short, ``told`` in each
     system of units, ``si`` and ``field``; and below which rotary speed ``to`` [rad/s] it is,

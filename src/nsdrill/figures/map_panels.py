@@ -41,7 +41,7 @@ from nsdrill.figures.page import area_entry, lay_up, page_height, panels_per_row
 from nsdrill.figures.painters import Bar, Page, Paint, numbered
 from nsdrill.figures.panels import draw_codes, graded, says_nothing, severity_bounds
 from nsdrill.figures.picture_kinds import MAX_PANELS
-from nsdrill.figures.slices import edges, name_words, positions, robust_limits, spaced
+from nsdrill.figures.slices import edges, is_logarithmic, name_words, positions, robust_limits, spaced
 from nsdrill.figures.style import (
     GREY,
     KIND_STYLES,
@@ -68,10 +68,18 @@ ACROSS = ("rotary_speed", "wob", "depth")
 COLUMNS_OF_PANELS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
 PANEL_WIDTH = 1.5  # least width in inches
 COLOUR_BAR_WIDTH = 0.4  # inches
+MOST_TICKS = 9  # values of an axis upwards that each have one
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
 CATEGORIES = {**KIND_STYLES, "motion": MOTIONS}  # beside the responses of the model
 # colours of values, of signed ones, of differences
 SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"
+
+
+def has_room_for_ticks(values: Array) -> bool:
+    """Whether each of the values along an axis may have a tick of its own, beside the others."""
+    if len(values) > MOST_TICKS or len(values) < 2 or is_logarithmic(values):
+        return False
+    return bool(np.diff(values).min() * MOST_TICKS >= values[-1] - values[0])
 
 
 @dataclass(frozen=True)
@@ -129,6 +137,8 @@ class Plane:
         if not self.y:
             axes.set_yticks([])
         spaced(axes, *(positions(self.results, axis) if axis else None for axis in (self.x, self.y)))
+        if self.y is not None and not words_along(self.y) and has_room_for_ticks(self.centres[-1]):
+            axes.set_yticks(self.centres[-1])  # what was run, and nothing else
         name_words(axes, self.results, self.x, self.y, self.units)
         self.limit(axes, *self.cells)
 

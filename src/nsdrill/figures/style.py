@@ -48,6 +48,7 @@ SAFE_COLOUR = "#A3D58A"
 ANY_HISTORY_COLOUR = "#3F9B57"  # deeper: safe whatever came before
 STARTED_COLOUR = "#DDF0D2"  # paler: free, but not by the way in
 BORDERLINE_COLOUR = "#F3E9C0"  # sand
+SOME_STARTS_COLOUR = "#D9CDE6"  # of no response: free from some starts, and not from others
 STICKS_ON_COLOUR = "#F7C97A"  # of stick-slip, paler: it may last
 FIELD_BORDER = "#14462A"  # around what is allowed
 # From the worst to the best, which is the colour of safe; the lightness rises all the

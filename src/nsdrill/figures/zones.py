@@ -21,6 +21,7 @@ from nsdrill.figures.style import (
     GREY,
     RESPONSES,
     SAFE_COLOUR,
+    SOME_STARTS_COLOUR,
     STARTED_COLOUR,
     STICKS_ON_COLOUR,
     ResponseStyle,
@@ -32,8 +33,8 @@ from nsdrill.words.values import reached
 
 # Codes of the cells: below these the response bits on the way in, 0 for a point that is
 # critical without a response, by a severity or as its checks disagree.
-ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, NOT_RUN, RUN_UP, UNKNOWN = range(
-    len(RESPONSES), len(RESPONSES) + 8
+ANY_HISTORY, ALLOWED, STARTED, SOME_STARTS, BORDERLINE, STICKS_ON, NOT_RUN, RUN_UP, UNKNOWN = range(
+    len(RESPONSES), len(RESPONSES) + 9
 )
 # The bits of a model's own responses, which begin where those codes do, come after them.
 OWN = UNKNOWN + 1 - len(RESPONSES)
@@ -63,12 +64,13 @@ def codes_of(grades: Graded) -> Array:
             grade == Grade.ANY_HISTORY,
             grade == Grade.FROM_START,
             grades.allowed,
+            grade == Grade.FROM_SOME,
             grade == Grade.BORDERLINE,
             (grade == Grade.STICKS_ON) & (grades.bits_on(grades.way_in) == 0),
             grade == Grade.UNKNOWN,
             grade == Grade.STALLED,
         ],
-        [RUN_UP, ANY_HISTORY, STARTED, ALLOWED, BORDERLINE, STICKS_ON, UNKNOWN, STALLED],
+        [RUN_UP, ANY_HISTORY, STARTED, ALLOWED, SOME_STARTS, BORDERLINE, STICKS_ON, UNKNOWN, STALLED],
         bits,
     )
     return np.asarray(codes)
@@ -77,7 +79,7 @@ def codes_of(grades: Graded) -> Array:
 def in_order(found: Sequence[Zone]) -> tuple[int, ...]:
     """The codes of the classes as in a legend: what is allowed first."""
     responses = (*range(len(RESPONSES)), *range(UNKNOWN + 1, len(found)))
-    return (ANY_HISTORY, ALLOWED, STARTED, BORDERLINE, STICKS_ON, *responses, NOT_RUN, RUN_UP, UNKNOWN)
+    return (ANY_HISTORY, ALLOWED, STARTED, SOME_STARTS, BORDERLINE, STICKS_ON, *responses, NOT_RUN, RUN_UP, UNKNOWN)
 
 
 def lowered(grades: Graded) -> Array:
@@ -88,21 +90,19 @@ def lowered(grades: Graded) -> Array:
 def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
     """The classes by their codes."""
     free = "free" if severity is None else f"no severity above {severity}"
-    if grades.share is not None:
-        some, every = Zone(f"{free} from some starts", "SOME STARTS", SAFE_COLOUR), f"{free} from all starts"
-    else:
-        some, every = Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR), _every(grades, free)
+    every = _every(grades, free) if grades.share is None else f"{free} from all starts"
     quick, styles, held = "up" in grades.ways, styles_of(grades.results.attrs), from_rest(grades.results)
     started = Grade.FROM_START.started(held) if quick else reached(["same"], None, from_rest=held)
     return (
         *(_critical(bits, styles, severity) for bits in range(len(RESPONSES))),
         Zone(every, "SAFE", ANY_HISTORY_COLOUR),
-        some,
+        Zone(f"{free}, {_way_in(grades)}", _capitals(grades), SAFE_COLOUR),
         Zone(
             f"{free} {started}{'' if held else ': at once, off bottom'}" if quick else f"{free}, {started}",
             "STARTED\nAT REST" if held else "QUICK START" if quick else "STARTED THERE",
             STARTED_COLOUR if quick else SAFE_COLOUR,
         ),
+        Zone(f"{free} from some starts only", "SOME STARTS\nONLY", SOME_STARTS_COLOUR),
         Zone("borderline: touches, or near a limit", "BORDERLINE", BORDERLINE_COLOUR),
         Zone("free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST", STICKS_ON_COLOUR),
         Zone("the way in was not run", "", GREY),

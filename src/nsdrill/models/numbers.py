@@ -22,6 +22,7 @@ LEAST_PERIODS = 4  # of a study of branches, whose orbits are not taken from the
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins
+LUMPED = "Lumped:"  # how that of a lumped string that is far from its first standing wave begins
 PULSE = "Pulse:"  # how that of pulses which steps may jump over begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
 FEW_PEAKS = "Few peaks:"  # how that of too few recorded peaks begins

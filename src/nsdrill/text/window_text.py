@@ -88,7 +88,9 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     if summary["confidence"] is not None:
         samples = samples_text(summary["counted"], summary["effective"])
         share = f" in {100 * summary['confidence']:g} % or more of {samples} of the uncertain numbers"
-    if not {"up", "same"} & set(ways):
+    if (starts := summary["starts"]) is not None:
+        yield f"  allowed: the runs from all {starts} starts at the point end well {free}; no way to it was run"
+    elif not {"up", "same"} & set(ways):
         yield f"  allowed: none, as nothing was brought up from below; the runs are {how}"
     else:
         yield f"  allowed: the run, {how}, ends well {free}{share}"

@@ -24,10 +24,11 @@ from nsdrill.analysis.limits import (
     allowed_over_samples,
     end_of_sticking,
     next_limit,
+    past_jumps,
     started_only,
     sticking_over_samples,
 )
-from nsdrill.analysis.untried import stretches_run
+from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.window_trials import tried
@@ -56,7 +57,15 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain
-from nsdrill.words.answer import MOST_WARNINGS, needed_for_words, of_unmodelled, warnings, would_help
+from nsdrill.words.answer import (
+    MOST_WARNINGS,
+    needed_for_words,
+    of_drag,
+    of_lumped,
+    of_unmodelled,
+    warnings,
+    would_help,
+)
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -178,7 +187,7 @@ def one_page(
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
     do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
-    below = [*of_unmodelled(first.window)]  # told there in any case
+    below = _of_model(first)  # told there in any case
     told = [without_keys(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
@@ -344,11 +353,22 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
     if step is None:
         begins = fmt.value(axis, float(maps.values(axis)[0]))
+        if _is_untold(one) and axis == SPEED:
+            return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
         return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
-    words = f"stick-slip {_bound(one)}, {_on_the_way(one)}{at}"
+    if axis == SPEED and (_is_untold(one) or not step.is_known):
+        met = f"in the runs to {_step(fmt, axis, step)}"
+        alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
+        return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
+    words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
         words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
+
+
+def _is_untold(one: Sheet) -> bool:
+    """Whether it is not known to which speed stick-slip lasts, which a warning tells as well."""
+    return bool(one.window["stick_slip"]["untried"])
 
 
 def _by_torsion_alone(one: Sheet, row: int) -> str:
@@ -372,7 +392,7 @@ def _is_met(one: Sheet, row: int, step: Step) -> bool:
 
 def _bound(one: Sheet) -> str:
     """What stick-slip does with more speed, or with more of another axis."""
-    return "ends" if one.maps.x == SPEED else "begins"
+    return "lasts to" if one.maps.x == SPEED else "begins"
 
 
 def _on_the_way(one: Sheet) -> str:
@@ -432,8 +452,18 @@ def _pass(one: Sheet) -> tuple[str, str]:
     """The speeds at which a collar off bottom reaches the wall, and whether they are passed on
     the way in."""
     way, orders = one.advice.way_in, one.orders
+    told = one.window["wall_off_bottom"]
+    if told is not None and told["low_side"] is not None:
+        part = ", in a part of the study" if told["low_side"] == "part" else ""
+        return "at every speed", f"the collar lies on the low side of the hole{part}"
     if way is None or way.wall is None:
         found = next((speed for speed in lasting(one.results) if speed["name"] == "wall_speed"), None)
+        if told is not None and told["range"] is not None:
+            low, high = told["range"]["from"], told["range"]["to"]
+            at = one.fmt.above(SPEED, [low]) if high is None else one.fmt.range_outwards(SPEED, low, high)
+            return at, "off bottom the collar reaches the wall"
+        if told is None and found is None:
+            return "not known", "at which speeds off bottom the collar reaches the wall"
         if found is None or found["range"] is None:
             return "none", "off bottom the collar reaches the wall at no speed that is known"
         ends = sorted((found["range"]["from"], found["range"]["to"]))
@@ -511,7 +541,18 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
-    return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>"
+    note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
+    return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
+
+
+def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
+    """What the mark of the table means: across what the steps of the maps may jump."""
+    for one, name in zip(sheets, names, strict=True):
+        rows = range(one.maps.grade.shape[1])
+        if any(past_jumps(one.maps, one.plane, row).any() for row in rows):
+            told = " and ".join(dict.fromkeys(one.orders.over(jump) for jump in jumps_of(one.maps)))
+            text = f"not known to be free when brought up: {told}"
+            yield f"{name}: {text}" if len(sheets) > 1 else text
 
 
 def _allowed(sheets: Sequence[Sheet]) -> str:
@@ -529,7 +570,9 @@ OF_GRADES = {
     Grade.BORDERLINE: "borderline",
     Grade.STALLED: "stalls",
     Grade.STICKS_ON: "stick-slip may last",
+    Grade.FROM_SOME: "only some starts free,",
 }
+JUMPED = "(?)"  # before what is brought up by steps that may jump across a vibration
 
 
 def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
@@ -546,6 +589,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
     if step is not None and step.last is None:
         ends = f"from {ends}"
+    if maps.x == SPEED and (_is_untold(one) or (step is not None and not step.is_known)):
+        ends = "not known" if step is None else f"not known, in the runs {ends}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:
@@ -553,17 +598,25 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         return ", ".join(" to ".join(dict.fromkeys(one.fmt.number(maps.x, end) for end in pair)) for pair in ends)
 
     quick = started_only(maps, number, row)
-    parts = [spans(maps.allowed[number, row] & ~quick)]
-    is_quick = one.advice.kind == Kind.QUICK_START or one.advice.grade == Grade.FROM_START
-    if quick.any() and is_quick:  # of others the way in leads to none of these
+    past = past_jumps(maps, number, row)
+    parts = [spans(maps.allowed[number, row] & ~quick & ~past)]
+    if past.any():
+        parts.append(f"{JUMPED} {spans(past)}")
+    if quick.any():
         only = "started at rest only" if one.advice.from_rest else "quick start only"
         parts.append(f"{only}: {spans(quick)}")
     allowed = "; ".join(filter(None, parts)) or none
     if limit is None and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
+    if past.any() and (limit is None or (limit.step.next or 0.0) > values[np.flatnonzero(past)[0]]):
+        sure = np.flatnonzero((maps.allowed[number, row] & ~quick & ~past)[: int(np.flatnonzero(past)[0])])
+        begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size else ""
+        return ends, f"{JUMPED} not known{begins}", allowed
     if limit is None:
         return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
-    words = OF_GRADES.get(limit.grade) or " + ".join(one.responses[name].words for name in limit.responses)
+    met = " + ".join(one.responses[name].words for name in limit.responses)
+    # what the map paints there first
+    words = met if met and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or met
     begins = span(limit.step)
     if limit.step.last is None:
         begins = f"from {begins}"
@@ -583,8 +636,13 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     head, _, last = decisive.rpartition(", ")
     estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
     against = "field data" if one.drills else "measurements"
-    unseen = "".join(f" {text}" for text in of_unmodelled(one.window))
+    unseen = "".join(f" {text}" for text in _of_model(one))
     return f"{LIMITS.format(against, estimates)}{unseen} {count(one.window['runs'], 'run')}.{more}"
+
+
+def _of_model(one: Sheet) -> list[str]:
+    """What the model leaves out of the string, which the page always tells."""
+    return [*of_unmodelled(one.window), *of_drag(one.window), *of_lumped(one.window, one.units)]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

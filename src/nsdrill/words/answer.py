@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind, Unsettled
+from nsdrill.analysis.advice import Advice, First, Kind, Unsettled
 from nsdrill.analysis.counts import (
     beyond_words,
     driving_words,
@@ -25,12 +25,24 @@ from nsdrill.analysis.counts import (
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, GUESSED_SCALES, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import (
+    DAMPING,
+    ENDS_EARLY,
+    FEW,
+    GUESSED_SCALES,
+    LUMPED_STRING,
+    PULSES,
+    SHORT,
+    UNCUT,
+    UNREAD,
+    Answer,
+    edited_words,
+)
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, PULSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, LUMPED, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
 from nsdrill.quantity import quantity
@@ -230,16 +242,19 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "Trials show which ways in are free (--trials)."
         )
     if summary["answer"].is_unreached and tried is None:
+        way = summary["answer"].way_in
+        known = "IS KNOWN" if way is None or way.first == First.NONE else "WAS RUN"
         yield (
-            "NO WAY IN IS KNOWN: started at the setting it is free, but nothing that was run shows how it is reached. "
+            f"NO WAY IN {known}: started at the setting it is free, but nothing that was run shows how it is reached. "
             "Trials show whether a fast way in ends free (--trials)."
         )
-    is_jumped = summary["answer"].tried_kind is not None
+    is_jumped = summary["answer"].tried_kind is not None or summary["jumped_points"] > 0
     yield from _of_jumps(summary, fmt) if is_jumped else ()
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
     yield from [*damping, *_of_frozen(summary)] if is_decided else []
+    yield from _of_low_side(summary)
     is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
     yield from stuck_through_text(summary, fmt) if is_carried else ()
     if stalls := summary["obstacles"].get("stalled"):
@@ -299,6 +314,33 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
     yield from _of_edges(summary, best, fmt)
+    yield from of_drag(summary)
+    yield from of_lumped(summary, units)
+
+
+def of_lumped(summary: Answer, units: str) -> Iterator[str]:
+    """That the lumped string is far from its first standing wave of torsion."""
+    yield from (f"LUMPED: {text.removeprefix(LUMPED).strip()}" for text in summary[LUMPED_STRING].get(units, ()))
+
+
+def of_drag(summary: Answer) -> Iterator[str]:
+    """That the string of an inclined hole rubs nowhere along it."""
+    if summary["drag_left_out"]:
+        yield (
+            "NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: the torque at the surface is more by "
+            "what rubs there."
+        )
+
+
+def _of_low_side(summary: Answer) -> Iterator[str]:
+    """That the weight of the collar holds it on the wall."""
+    told = summary["wall_off_bottom"]
+    if told is not None and told["low_side"] is not None:
+        part = ", in a part of the study" if told["low_side"] == "part" else ""
+        yield (
+            f"THE COLLAR LIES ON THE LOW SIDE of the hole at every speed{part}: it is on the wall without whirl, which "
+            "is not critical. What rolls along the wall or strikes it is."
+        )
 
 
 def _of_severity(summary: Answer) -> Iterator[str]:
@@ -511,7 +553,7 @@ def _is_decided_by_damping(summary: Answer, point: Answer | None) -> bool:
     """Whether with a usual damping stick-slip, once started, lasts at the setting or at a speed
     at which one may stay, and with that of the study it does not."""
     lasts = _lasts(summary, point)
-    if lasts is None or point is None or summary["passed_over"]:  # of a hint something else comes first
+    if lasts is None or point is None:
         return False
     one = summary["answer"].stay_within.get("rotary_speed")
     speed = {**summary["fixed"], **point}.get("rotary_speed", math.inf)

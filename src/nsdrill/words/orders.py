@@ -44,6 +44,10 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: {CUT_SHORT}."
         elif self.advice.kind == Kind.HINT and (tagged := self.after_tag()):
             yield f"Take {self.setting()} as a hint only: {tagged}. At a connection stop the rotation and come in anew."
+        elif self.advice.kind == Kind.HINT and self.advice.grade == Grade.FROM_SOME:
+            yield f"Take {self.setting()} as a hint only: it is free from {self._percent()}."
+        elif self.advice.kind == Kind.HINT and self.advice.is_unreached:
+            yield f"Take {self.setting()} as a hint only: it is free when started there, but no way in was run."
         elif self.advice.kind == Kind.HINT and self.is_above:
             yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
         elif self.advice.kind == Kind.HINT:
@@ -61,6 +65,11 @@ class Orders(Words):
     def _enter(self) -> str:
         """How one comes to the point."""
         way, begin = self.advice.way_in, self.bring()
+        if self.is_of_starts:
+            return (
+                f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is brought up "
+                "(sweep.procedure: all)."
+            )
         if way is None:
             if self.advice.grade == Grade.FROM_START:
                 return f"Start at {self.setting()}."
@@ -116,11 +125,11 @@ class Orders(Words):
             cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text
-        if seen.whirling is not None and seen.acceleration is not None:
-            shocks, torque = f"{seen.acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
+        if seen.whirling is not None and seen.least_acceleration is not None:
+            shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
             torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
             text = f"Watch the shocks downhole: {shocks} or more is whirl. The torque does not show it ({torque})."
-            if seen.acceleration < FAINT:
+            if seen.least_acceleration < FAINT:
                 text = f"Whirl shows neither in the torque ({torque}) nor in the shocks downhole ({shocks} and more)."
             yield text
 
@@ -185,6 +194,10 @@ class Orders(Words):
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
             return  # its limits are none
+        if advice.grade == Grade.FROM_SOME:
+            doing = "drill" if self.drills else "work"
+            yield f"Do not {doing} by this page: at no setting do all starts end free of vibration."
+            return
         if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
             yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."
         is_hint = advice.kind == Kind.HINT  # which is not told what to stay within

@@ -24,6 +24,7 @@ from nsdrill.analysis.advice import (
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
 from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
+from nsdrill.analysis.untried import Jump
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.registry import described
@@ -286,7 +287,7 @@ class Words:
         told = trial_words.disturbed(self.advice.trials, self.verbs_of)
         after = f"; {told}" if told else ""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from all {self._percent()}, at {self.within()}{after}."
+            return f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}{after}."
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
         return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
@@ -303,8 +304,11 @@ class Words:
         ends = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
         value = f"{100 * share.probability:.0f} %" if isfinite(share.probability) else "not known"
         if self.is_of_starts:
-            value = f"{share.of} starts" if share.probability == 1.0 else f"{value} of {share.of} starts"
-        return f"{value} ({ends}{f'; {share.failed} of {share.of} not known' if share.failed else ''})"
+            value = f"{round(share.probability * (share.of - share.failed))} of {share.of} starts"
+            value = f"all {share.of} starts" if share.probability == 1.0 and not share.failed else value
+        return f"{value} ({ends}{' %' if self.is_of_starts else ''}" + (
+            f"; {share.failed} of {share.of} not known)" if share.failed else ")"
+        )
 
     def _withdrawn(self) -> str:
         """Where trials leave nothing of the setting."""
@@ -428,6 +432,11 @@ class Words:
         return f"{go} {slowly} it {verbs}; {motion} {end}."
 
     def _hint(self) -> str:
+        if self.is_of_starts:
+            return (
+                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
+                "not run."
+            )
         if self.is_above:
             told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
             through = f"in trials, {told}" if told else "nothing was brought up through it"
@@ -439,11 +448,6 @@ class Words:
             return self._unreached()
         if self.is_jumped:
             return self._jumped()
-        if self.is_of_starts:
-            return (
-                f"Hint only: {self.setting()} is {self.free} from {self._percent()}. How it is brought up there was "
-                "not run."
-            )
         if self.is_cut_short and not self.advice.narrow:
             why = f"{CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
             return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {why}"
@@ -458,6 +462,10 @@ class Words:
             brief = f"Narrow hint: {self.setting()}"
             return first_short(f"{text}. {helps}", f"{brief}. {helps}")
         known = self.advice.way_in
+        if self.advice.jump is not None:
+            brief = f"Narrow hint: {self.setting()}{self.and_within()}"
+            over = self.over_jump()
+            return first_short(f"{text}; {over}.", f"{brief}; {over}.", f"Narrow hint: {self.setting()}; {over}.")
         return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
 
     @property
@@ -487,7 +495,10 @@ class Words:
         way = self.advice.way_in
         assert way is not None
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
-        why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+        if way.first == First.NONE:
+            why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+        else:  # the starts say nothing of a string that turns
+            why = f"Slowly it {verbs}; started with the bit at rest it is free, but no quick way in was run."
         texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
         return first_short(*texts)
 
@@ -499,8 +510,11 @@ class Words:
     def over_jump(self) -> str:
         """``the steps of the map may jump across whirl at 59 to 68 rpm``, or that nothing was run in
         a gap of the axis."""
-        jump = self.advice.jump
-        assert jump is not None
+        assert self.advice.jump is not None
+        return self.over(self.advice.jump)
+
+    def over(self, jump: Jump) -> str:
+        """The same of a ``jump``."""
         if jump.motion is None:
             return (
                 f"nothing was run between {self.fmt.range(jump.axis, [jump.low, jump.high]).replace(' to ', ' and ')}"
@@ -681,6 +695,9 @@ class Words:
             return f"{at} steady drilling is unstable"
         if border.grade == Grade.STICKS_ON:
             return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
+        if border.free_from is not None:
+            starts = f"{border.free_from[0]} of {count(border.free_from[1], 'start')}"
+            return f"{at} it is free from {starts} only" + (f": from others it {verbs}" if verbs else "")
         if border.grade == Grade.FROM_START:
             return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
@@ -952,5 +969,5 @@ class Words:
         if seen.whirling is not None:
             text += f"; whirl{self.met_at(seen.whirling_at)} shows {fmt.value(TORQUE, seen.whirling)}"
             if seen.acceleration is not None:
-                text += f", and {seen.acceleration / 9.80665:.1f} g r.m.s. or more downhole"
+                text += f", and {seen.acceleration / 9.80665:.1f} g r.m.s. downhole"
         return f"{text}."

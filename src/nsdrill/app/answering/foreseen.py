@@ -15,12 +15,14 @@ from nsdrill.app.check import (
     ShortObservation,
     few_states,
     lasting_motions,
+    lumped_string,
     nothing_cut,
     pulses,
     short_observation,
     string_by_depth,
     study_of_part,
     tells_what_lasts,
+    wall_off_bottom,
 )
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import (
@@ -28,6 +30,7 @@ from nsdrill.data import (
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
+    LUMPED_STRING,
     PULSES,
     SHORT,
     SHORT_TO,
@@ -35,6 +38,7 @@ from nsdrill.data import (
     STRING_BY_DEPTH,
     UNCUT,
     UNREAD,
+    WALL_OFF_BOTTOM,
     WITHIN,
     Answer,
     Results,
@@ -58,6 +62,8 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
     of_string: list[dict[str, float]] = []
+    wall: Answer | None = None
+    lumped: dict[str, list[str]] = {}
     pulse = unread = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
@@ -74,6 +80,8 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             of_string = string_by_depth(study_of_part(study, results))
+            lumped = lumped_string(study_of_part(study, results))
+            wall = wall_off_bottom(study_of_part(study, results))
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     with suppress(NsdrillError):
@@ -84,6 +92,8 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNREAD: unread,
         DAMPING: json_text(damping),
         STRING_BY_DEPTH: json_text(of_string),
+        LUMPED_STRING: json_text(lumped),
+        WALL_OFF_BOTTOM: json_text(wall),
         STICKS_TO: json_text(lasts),
         PULSES: pulse,
         SHORT: json_text(short.told),

@@ -31,7 +31,7 @@ MOST_WEIGHTS = 3  # at which it is asked to which speed stick-slip lasts with an
 
 def stick_slip_lasts(results: Results) -> Answer | None:
     """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
-    the results, by the checks of their model; None of many starts, which show it.
+    the results, by the checks of their model; of many starts the same for each of them.
 
     ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
     have a number for each setting, the last dimension fastest, ``every`` where there is
@@ -40,12 +40,11 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     which stands only where it is so, that one that came free tells nothing of others."""
     if SPEED not in results.axes:
         return None
-    others = [name for name in results.grid if name not in ("procedure", SPEED)]
+    others = [name for name in results.grid if name not in ("procedure", SPEED, "start")]
     over = [name for name in others if len(results.coords[name]) > 1]
-    if "start" in others:
-        return None
     study = _study(str(results.attrs.get("study_resolved") or ""))
-    from_rest = _is_at_rest(study.initial) and not any(axis.key.startswith("initial.") for axis in results.more)
+    is_drawn = "start" in results.grid or any(axis.key.startswith("initial.") for axis in results.more)
+    from_rest = _is_at_rest(study.initial) and not is_drawn
     held: Answer = {"from_rest": from_rest} | ({"by_start": True} if _depends_on_start(study, results) else {})
     limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS

@@ -23,6 +23,7 @@ from matplotlib.transforms import Bbox
 
 from nsdrill.analysis.advice import Advice
 from nsdrill.analysis.advice import Kind as Answered
+from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import USES, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.window import find_window, unknown_words
@@ -73,7 +74,7 @@ from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, note
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter
 
-LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH = "////", "...", "xxxxxx"
+LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH, JUMPED_HATCH = "////", "...", "xxxxxx", "----"
 HATCH_WIDTH = 1.8  # points
 BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 VIBRATED: Properties = {
@@ -121,6 +122,9 @@ class Window:
         self.maps = classes(results, severity, self.numbers["confidence"])
         self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
         self.lowered = lowered(self.maps.grades)
+        grades = self.maps.grades
+        rows = [[past_jumps(grades, number, row) for row in range(len(one))] for number, one in enumerate(grades.grade)]
+        self.jumped: Array = np.array(rows)
         self.plane = Plane(results, self.maps.x, self.maps.y, units)
 
     @property
@@ -176,6 +180,7 @@ class Window:
             hatch(axes, cells, codes == STARTED, STARTED_HATCH, FIELD_BORDER, "started")
             hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
             hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
+            hatch(axes, cells, self.jumped[number], JUMPED_HATCH, BLACK, "jumped")
         draw_field(axes, cells, self.maps.grades.allowed[number])
         if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
@@ -213,7 +218,7 @@ class Window:
             at = axes.transData.transform(self.plane.shown(point))
             clear.append(Bbox([at - pad, at + pad]))
         if not self.has_samples:
-            codes = np.where(self.lowered[number], -1, self.codes[number])
+            codes = np.where(self.lowered[number] | self.jumped[number], -1, self.codes[number])
             if self.advice.trials is not None and self.advice.kind == Answered.HINT:  # no word calls it free
                 codes = np.where(self.maps.grades.allowed[number], -1, codes)
             named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
@@ -309,6 +314,9 @@ class Window:
             if np.any(self.lowered):
                 style: Properties = {"facecolor": "#8A8A8A", "edgecolor": "white", "linewidth": 0}
                 yield area_entry(f"hatched white: {ONLY_FROM_ABOVE}", hatch=LOWERED_HATCH, **style)
+            if np.any(self.jumped):
+                how = "not known when brought up: steps may jump across a vibration"
+                yield area_entry(how, facecolor="white", hatch=JUMPED_HATCH, **BORDER)
         yield from self._entries_of_points()
 
     def lines(self) -> list[Artist]:

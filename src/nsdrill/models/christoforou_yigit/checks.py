@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     jumped,
     lasting_motions,
     passed_over,
+    reached_off_bottom,
 )
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     cutting_at,
@@ -38,7 +39,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
-from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, unusual
+from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, lumped_above_wave, unusual
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -290,6 +291,23 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
         f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the clearance "
         f"({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
     )
+
+
+def wall_off_bottom(corners: list[Values]) -> dict[str, Any]:
+    """Where the collar of a string that turns off bottom is at the wall, over all corners: see
+    :func:`nsdrill.analysis.off_bottom.wall_off_bottom`. That holds however the points are started."""
+    points = [Corner(each) for each in corners]
+    lying = [one.frees("lateral") and lies_on_low_side(*one.point) for one in points]
+    found = reached_off_bottom(points)
+    return {
+        "low_side": "everywhere" if all(lying) else "part" if any(lying) else None,
+        "range": None if found is None else {"axis": "rotary_speed", "from": found["from"], "to": found["to"]},
+    }
+
+
+def lumped_string(corners: list[Values], format_value: FormatValue) -> str | None:
+    """That the lumped string is far from its first standing wave of torsion; None where it is not."""
+    return lumped_above_wave([Corner(each) for each in corners], format_value)
 
 
 def _on_low_side(corners: list[Corner]) -> str | None:

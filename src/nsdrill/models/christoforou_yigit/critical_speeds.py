@@ -183,7 +183,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "each": each,
                 **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else _range_of_bounce(points)),
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
-                "off_bottom": _off_bottom(points) if name == "wall_speed" else None,
+                "off_bottom": reached_off_bottom(points) if name == "wall_speed" else None,
             }
         )
     return found
@@ -227,7 +227,7 @@ def _passing_rate(points: list[Corner]) -> float | None:
     return max((rate for rate in rates if rate is not None), default=None) if None not in rates else None
 
 
-def _off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
+def reached_off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
     """Where a string that turns without weight brings the collar to the wall, over all
     corners, and how fast the speed must pass there."""
     lifted = [Corner(replace(one.values, operation=(one.operation.depth, 0.0, one.speed))) for one in points]

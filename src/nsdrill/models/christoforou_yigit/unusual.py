@@ -13,9 +13,10 @@ from nsdrill.errors import from_to
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
 from nsdrill.models.christoforou_yigit.derived_quantities import collar_weight, lift_off_wob, lobe_resonance
+from nsdrill.models.christoforou_yigit.further_quantities import torsional_waves
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
-from nsdrill.models.numbers import FormatValue
+from nsdrill.models.numbers import LUMPED, FormatValue
 from nsdrill.models.operation import Operation
 
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
@@ -27,11 +28,36 @@ def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> lis
     """The warnings, each None where it does not apply."""
     return [
         _over_depth(study, corners),
+        lumped_above_wave(corners, format_value),
         _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
         _fast(corners, format_value),
     ]
+
+
+LUMPED_ERROR = 0.05  # of the frequency of torsion: from there on a warning tells it
+
+
+def lumped_above_wave(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """The lumped string swings in torsion faster than its first standing wave does, which it never
+    does more slowly (Rayleigh). The compliances of all waves add up to that of the string, so that the first
+    one is stiffer at the bit than the lumped spring, and slower: its impedance, by which the bit is damped at a
+    ratio, is greater."""
+    found = []
+    for depth, corner in {one.operation.depth: one for one in _twisting(corners)}.items():
+        wave, lumped = float(torsional_waves(corner.parameters, depth, 1)[0]), math.sqrt(corner.k.k_t / corner.k.J)
+        found.append((lumped / wave - 1.0, lumped, wave))
+    error, lumped, wave = max(found, default=(0.0, 0.0, 0.0))
+    if not error > LUMPED_ERROR:
+        return None
+    at = (format_value(one, "rad/s", "rpm") for one in (lumped, wave))
+    return (
+        f"{LUMPED} the torsional frequency of the lumped string, {next(at)}, is {100 * error:.0f} % above that of its "
+        f"first standing wave, {next(at)}. Periods of stick-slip are too short by that. A damping that is chosen by "
+        "its ratio is too small, so that the onset of stick-slip, and the speed to which it lasts, are too high as far "
+        "as that wave decides. The model segments has the waves."
+    )
 
 
 def _over_depth(study: Any, corners: list[Corner]) -> str | None:
