@@ -195,10 +195,10 @@ def test_interrupted_trials_of_a_setting_make_it_a_hint(before, tried):
     assert found.kind == Kind.HINT
     assert found.tried_kind == before.tried_kind
     if before is POINT and tried != ("www", "wwww"):
-        assert sentence(found).startswith("Hint only: 22.48 klbf and 100 rpm")
+        assert sentence(found).startswith("Hint only: 22.5 klbf and 100 rpm")
         assert "rials were interrupted, and those that are missing may withdraw it." in sentence(found)
         orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-        assert orders.do()[0].startswith("Take 22.48 klbf and 100 rpm as a hint only: trials were interrupted")
+        assert orders.do()[0].startswith("Take 22.5 klbf and 100 rpm as a hint only: trials were interrupted")
         assert is_short(sentence(found))
 
 
@@ -576,7 +576,7 @@ def test_a_few_free_ways_among_many_are_no_way_in():
 
 def test_over_lobes_no_way_in_is_promised_without_trials():
     """The map bounced elsewhere, and set the weight at its first speed: at lower ones nothing was run."""
-    for first, text in ((First.WEIGHT, "Way in: set 22.48 klbf at 40 rpm, then"), (First.SPEED, "Way in: off bottom ")):
+    for first, text in ((First.WEIGHT, "Way in: set 22.5 klbf at 40 rpm, then"), (First.SPEED, "Way in: off bottom ")):
         shaken = replace(POINT, way_in=WayIn(first, begins=40 * RPM, is_shaken=True))
         doubt = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
         words, order = (kind(shaken, ("rotary_speed", "wob"), "field", ("up", "down")) for kind in (Words, Orders))

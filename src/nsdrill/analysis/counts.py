@@ -252,9 +252,9 @@ def too_small_words(found: Answer) -> str:
     )
 
 
-def guessed_scales(attrs: Attributes) -> tuple[str, ...]:
+def guessed_scales(attrs: Attributes) -> list[str]:
     """The states of a script's model whose natural scale is a guess."""
-    return tuple(json.loads(attrs.get(GUESSED_SCALES, "[]")))
+    return list(json.loads(attrs.get(GUESSED_SCALES, "[]")))
 
 
 def guessed_words(states: Sequence[str]) -> str:
