@@ -124,7 +124,7 @@ class Window:
         self.lowered = lowered(self.maps.grades)
         grades = self.maps.grades
         rows = [[past_jumps(grades, number, row) for row in range(len(one))] for number, one in enumerate(grades.grade)]
-        self.jumped = np.array(rows)
+        self.jumped: Array = np.array(rows)
         self.plane = Plane(results, self.maps.x, self.maps.y, units)
 
     @property
