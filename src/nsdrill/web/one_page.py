@@ -590,7 +590,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if step is not None and step.last is None:
         ends = f"from {ends}"
     if maps.x == SPEED and (_is_untold(one) or (step is not None and not step.is_known)):
-        ends = "not known" if step is None else f"not known, in the runs {ends}"
+        ends = "not known" if step is None else f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:

@@ -248,13 +248,16 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NO WAY IN {known}: started at the setting it is free, but nothing that was run shows how it is reached. "
             "Trials show whether a fast way in ends free (--trials)."
         )
-    is_jumped = summary["answer"].tried_kind is not None or summary["jumped_points"] > 0
-    yield from _of_jumps(summary, fmt) if is_jumped else ()
+    is_jumped = summary["answer"].tried_kind is not None
+    is_across = is_jumped or summary["jumped_points"] > 0  # some allowed point lies beyond such a step
+    yield from _of_jumps(summary, fmt) if is_across else ()
+    yield from _of_gaps(summary, fmt) if is_jumped else ()
     yield from [] if is_held else unknown_end
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
     yield from [*damping, *_of_frozen(summary)] if is_decided else []
     yield from _of_low_side(summary)
+    yield from _of_gaps(summary, fmt) if is_across and not is_jumped else ()
     is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
     yield from stuck_through_text(summary, fmt) if is_carried else ()
     if stalls := summary["obstacles"].get("stalled"):
@@ -281,7 +284,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield early_text(ends, units)
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
-        yield from () if is_jumped else _of_jumps(summary, fmt)
+        yield from () if is_across else (*_of_jumps(summary, fmt), *_of_gaps(summary, fmt))
     yield from [] if is_decided else damping
     if summary["one_damping"]:
         yield (
@@ -529,6 +532,10 @@ def _of_jumps(summary: Answer, fmt: Formatter) -> Iterator[str]:
                 f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
                 f"{told}"
             )
+
+
+def _of_gaps(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Gaps of the axes, in which nothing was run."""
     for gap in summary["gaps"]:
         ends = fmt.range(gap["axis"], [gap["from"], gap["to"]])
         yield (

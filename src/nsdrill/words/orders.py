@@ -66,10 +66,7 @@ class Orders(Words):
         """How one comes to the point."""
         way, begin = self.advice.way_in, self.bring()
         if self.is_of_starts:
-            return (
-                f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is brought up "
-                "(sweep.procedure: all)."
-            )
+            return f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is brought up."
         if way is None:
             if self.advice.grade == Grade.FROM_START:
                 return f"Start at {self.setting()}."
