@@ -41,15 +41,15 @@ if TYPE_CHECKING:
 
 
 def _of_run(found: RunResult | Results) -> Dataset:
-    """The results of a run; RunWarning where points failed, where friction of a script
-    drives, and of numbers that nothing reads."""
+    """The results of a run; RunWarning where points failed, of what makes numbers wrong or
+    not those of their setting, as a command tells it, and of numbers that nothing reads."""
     data = store.open_results(found.path) if isinstance(found, running.RunResult) else store.to_dataset(found)
     if failed := int(variables.has_failed(data["status"].values).sum()):
         of = count(data["status"].size, "point")
         text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
         warn(text, RunWarning)
-    if driven := found.driving if isinstance(found, running.RunResult) else counts.driving(found):
-        warn(f"Friction drives: {counts.driving_words(driven)}.", RunWarning)
+    for note in found.notes if isinstance(found, running.RunResult) else counts.notes_of_run(found):
+        warn(note, RunWarning)
     if unread := unread_numbers(model_in(data.attrs)):
         warn(unread, RunWarning)
     return data

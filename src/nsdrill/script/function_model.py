@@ -23,6 +23,7 @@ from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of,
 from nsdrill.script.pulses import Pulse, shortest_pulse
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import natural_scales
+from nsdrill.variables import DRIVES
 
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
@@ -135,6 +136,15 @@ class FunctionModel(Model[ModelParameters]):
             wanted[CLOCK] = reading.rate
         found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
         return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
+
+    def outputs(self, points: Values[ModelParameters], state: Mapping[str, Array]) -> dict[str, Array]:
+        """Whether friction drives at each time, as 1 or 0."""
+        reading, numbers, phase = self.reading, self.numbers(points), state["drive_angle"]
+        wanted = {DRIVES.format(name): node for name, (node, _) in reading.driving.items()}
+        clock = self.columns(points, Thresholds())[CLOCK]
+        states = {name: state[name] for name in reading.states}
+        given = reading.given(states, {**numbers, CLOCK: clock}, phase=phase, time=phase / clock)
+        return {name: value + np.zeros_like(phase) for name, value in plain.values(wanted, given).items()}
 
     def frame_rates(self, table: Mapping[str, Array], o: Any) -> Mapping[str, Numeric]:
         frames = self.reading.frames
