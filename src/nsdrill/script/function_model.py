@@ -106,19 +106,34 @@ class FunctionModel(Model[ModelParameters]):
         found = [self._pulse_of_time(numbers, duration), *self._pulses_of_angles(points, numbers)]
         return min((one for one in found if one is not None), default=None)
 
+    def resting_pulse(self, points: Values[ModelParameters]) -> tuple[float, str] | None:
+        numbers, found = self.numbers(points), []
+        for name, rate, given in self._rates_of_angles(points, numbers):
+            if rate == 0.0:
+                forces, turn = self.reading.turned[name], 2.0 * math.pi
+                pulse = shortest_pulse(forces, given, turn, repeats=True, source=f"s.{name}")
+                found += [] if pulse is None else [(pulse[0], name)]
+        return min(found, default=None)
+
     def _pulses_of_angles(
         self, points: Values[ModelParameters], numbers: Mapping[str, Numeric]
     ) -> Iterator[Pulse | None]:
-        """The shortest pulse of each state that is an angle, as it turns at the start; None of
-        one that rests there."""
+        """The shortest pulse of each state that is an angle, as it turns at the start; of one that
+        rests there see :meth:`resting_pulse`."""
+        for name, rate, given in self._rates_of_angles(points, numbers):
+            if np.isfinite(rate) and rate != 0.0:
+                forces, turn = self.reading.turned[name], 2.0 * math.pi / abs(rate)
+                yield shortest_pulse(forces, given, turn, repeats=True, source=f"s.{name}", rate=rate)
+
+    def _rates_of_angles(
+        self, points: Values[ModelParameters], numbers: Mapping[str, Numeric]
+    ) -> Iterator[tuple[str, float, dict[str, Any]]]:
+        """Each state that is an angle, its rate at the start, and what is given there."""
         reading = self.reading
         start = {name: getattr(points.initial, name) for name in reading.states}
         given = reading.given(start, {**numbers, CLOCK: self.slowest})
-        for name, forces in reading.turned.items():
-            rate = float(np.ravel(plain.values({"": reading.slopes[name]}, given)[""])[0])
-            if np.isfinite(rate) and rate != 0.0:
-                angle, turn = f"s.{name}", 2.0 * math.pi / abs(rate)
-                yield shortest_pulse(forces, given, turn, repeats=True, source=angle, rate=rate)
+        for name in reading.turned:
+            yield name, float(np.ravel(plain.values({"": reading.slopes[name]}, given)[""])[0]), given
 
     def _pulse_of_time(self, numbers: dict[str, Numeric], duration: float) -> Pulse | None:
         reading = self.reading
