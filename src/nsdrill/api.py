@@ -41,32 +41,20 @@ if TYPE_CHECKING:
 
 
 def _of_run(found: RunResult | Results) -> Dataset:
-    """The results of a run; RunWarning where points failed, where friction of a script drives, of
-    numbers that nothing reads, and of what makes numbers of a script wrong."""
+    """The results of a run; RunWarning where points failed, of what makes numbers wrong or
+    not those of their setting, as a command tells it, and of numbers that nothing reads."""
     data = store.open_results(found.path) if isinstance(found, running.RunResult) else store.to_dataset(found)
     if failed := int(variables.has_failed(data["status"].values).sum()):
         of = count(data["status"].size, "point")
         text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
         warn(text, RunWarning)
-    if driven := found.driving if isinstance(found, running.RunResult) else counts.driving(found):
-        warn(f"Friction drives: {counts.driving_words(driven)}.", RunWarning)
+    for note in found.notes if isinstance(found, running.RunResult) else counts.notes_of_run(found):
+        warn(note, RunWarning)
     if unread := unread_numbers(model_in(data.attrs)):
         warn(unread, RunWarning)
-    for told in _wrong_of_scripts(found, data):
-        warn(told, RunWarning)
+    if guessed := counts.guessed_scales(data.attrs):  # which a command tells before the run
+        warn(f"A guess: {counts.guessed_words(guessed)}.", RunWarning)
     return data
-
-
-def _wrong_of_scripts(found: RunResult | Results, data: Dataset) -> list[str]:
-    """What makes numbers of a script wrong, in sentences."""
-    if isinstance(found, running.RunResult):
-        faster, smaller = found.outrun, found.too_small
-    else:
-        faster, smaller = counts.outrun(found), counts.too_small(found)
-    told = [f"Too fast for the steps: {counts.outrun_words(faster)}."] if faster else []
-    told += [f"Too small for the tolerance: {counts.too_small_words(smaller)}."] if smaller else []
-    guessed = counts.guessed_scales(data.attrs)
-    return told + ([f"A guess: {counts.guessed_words(guessed)}."] if guessed else [])
 
 
 def _of_continuation(found: ContinuationResult) -> Dataset:

@@ -14,8 +14,10 @@ import nsdrill
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.check import lasting_motions
 from nsdrill.data import LASTING_UNTOLD, Results, json_text
 from nsdrill.models.responses import RESPONSES
+from nsdrill.study import parse_study
 from nsdrill.variables import DIVERGED, OK, UNMEASURED
 
 from .grids import grid, told
@@ -184,3 +186,34 @@ def test_a_bounce_that_may_last_and_was_not_met_is_no_any_history():
         found = told(grid({"up": [line], "down": [line]}, np.arange(1.0, 7.0)), [0.5])
         one = replace(found, attrs={**found.attrs, "lasting_motions": json_text([bounce])})
         assert list(graded(one).grade[0, 0, :5]) == [Grade.ANY_HISTORY] * 3 + [grade] * 2
+
+
+def test_a_bounce_that_lasts_at_light_weights_alone_is_asked_of_these_alone():
+    """At 10 kN it may last at any speed, at 20 kN from 4.5 rad/s on, at 30 kN at none: the last two were
+    judged by the first."""
+    rows = [{"wob": wob, "rotary_speed": speed} for wob, speed in ((10e3, 0.0), (20e3, 4.5), (30e3, None))]
+    bounce = {"name": "lobe_resonance", "min": 20.0, "max": 20.0, "lasts": [0.0, 4.5], "by_weight": rows}
+    lines = ["......"] * 3
+    found = told(grid({"up": [lines], "down": [lines]}, np.arange(1.0, 7.0), (10e3, 20e3, 30e3)), [0.5] * 3)
+    grade = graded(replace(found, attrs={**found.attrs, "lasting_motions": json_text([bounce])})).grade[0]
+    assert [list(row[:5]) for row in grade] == [
+        [Grade.FROM_BELOW] * 5,
+        [Grade.ANY_HISTORY] * 4 + [Grade.FROM_BELOW],
+        [Grade.ANY_HISTORY] * 5,
+    ]
+
+
+def test_a_model_tells_by_weight_where_a_bounce_may_last():
+    """As the bounce of each weight by itself, in light weights at any speed."""
+    head = "bit: {surface_amplitude: 2 mm}\nsweep: {wob: %s, rotary_speed: [3 rad/s, 9 rad/s]}\n"
+    one = next(
+        one for one in lasting_motions(parse_study(head % "[1 N, 20 kN, 40 kN]")) if one["name"] == "lobe_resonance"
+    )
+    alone = []
+    for row in one["by_weight"]:
+        study = parse_study(head % f"[{row['wob']} N]")
+        found = next(one for one in lasting_motions(study) if one["name"] == "lobe_resonance")
+        alone.append(found["lasts"] and found["lasts"][0])
+        assert found["by_weight"] == []
+    assert [row["rotary_speed"] for row in one["by_weight"]] == alone
+    assert len(set(alone)) > 1

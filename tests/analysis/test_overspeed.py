@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cli.helpers import call_here
 
 import nsdrill
 from nsdrill.analysis.graded import graded
@@ -49,10 +50,16 @@ def test_a_drive_that_keeps_near_its_speed_or_is_slower_is_judged(factor):
     assert find_window(results(SET * factor))["overspeed"] == {}
 
 
-def test_after_a_stall_a_limited_drive_runs_away(tmp_path):
+def test_after_a_stall_a_limited_drive_runs_away(tmp_path, capfd, monkeypatch):
     """Its integral has wound up for 240 s. Everything that is said of the file knows it."""
     (tmp_path / "study.yaml").write_text(RUNAWAY)
-    data = nsdrill.run(tmp_path / "study.yaml", progress=False)
+    path, out = tmp_path / "study.yaml", tmp_path / "out.h5"
+    with pytest.warns(nsdrill.RunWarning, match=r"OVERSPEED: in 1 of 4 runs") as told:
+        data = nsdrill.run(path, progress=False)
+    said = call_here(capfd, monkeypatch, "run", path, "-o", out, "--workers", "1").err
+    assert all(str(one.message) in " ".join(said.split()) for one in told)  # what a command says
+    with pytest.warns(nsdrill.RunWarning, match="OVERSPEED"):  # and of what is finished
+        nsdrill.run(path, out, resume=True, progress=False)
     down = data.sel(procedure="down", wob=40e3).squeeze()
     assert float(down["bit_speed_mean"]) > 30.0
     assert int(down["response"]) == 0

@@ -45,7 +45,7 @@ def model(script, name, given, load="1.0", form="{}"):
 def test_the_time_in_which_friction_drives_is_measured_and_told(script, below):
     """1 + 4 y < 0 with y = 0.5 cos 3t: a third of the time; with y = 0.1 cos 3t never."""
     made = model(script, "driving", OF_WAVE[below])
-    words = f"Friction drives: in 1 of 2 runs {below} of pad is below 0 for up to 33 % of the observed time"
+    words = f"FRICTION DRIVES: in 1 of 2 runs {below} of pad is below 0 for up to 33 % of the observed time"
     with pytest.warns(nsdrill.RunWarning, match=words):
         data = nsdrill.run(made.study(y=[0.1, 0.5], transient=0, observe=TURNS), progress=False)
     assert data.pad_driving_fraction.values.ravel() == pytest.approx([0.0, 1 / 3], abs=1e-4)
@@ -87,6 +87,42 @@ def test_friction_that_drives_is_told_wherever_results_are(script, tmp_path, mon
         found = json.loads(command(tmp_path, name, "r.h5", "--json", "--with", "told.py")[0])
         assert found["driving"]["pad"]["runs"] == 1
         assert found["driving"]["pad"]["longest"] == pytest.approx(1 / 3, abs=0.02)
+
+
+def test_a_trace_and_branches_tell_of_friction_that_drives(script, tmp_path):
+    """As a sweep does: one run of the wave of 0.5 drives a third of the time; a forced one of 2 too."""
+    made = model(script, "traced", OF_WAVE["normal load"])
+    study = made.study(y=0.5, transient=0, observe=TURNS)
+    told = r"FRICTION DRIVES: in 1 of 1 run normal load of pad is below 0 for up to 33 % of the observed time"
+    with pytest.warns(nsdrill.RunWarning, match=told):
+        trace = nsdrill.simulate(study)
+    load = 1.0 + 4.0 * trace["y"].values
+    assert np.array_equal(trace["pad_drives"].values, load < 0.0)
+    with pytest.warns(nsdrill.RunWarning, match="FRICTION DRIVES"):
+        results = nsdrill.run(made.study(y=[0.1, 0.5], transient=0, observe=TURNS), progress=False)
+    with pytest.warns(nsdrill.RunWarning, match=told):
+        nsdrill.replay(results, at={"initial.y": 0.5})
+    forced = script(FORCED, "forced").pressed
+    study = forced.study(continued={"force": (0.5, 0.6), "seeds": [0.5], "lobes": [1]}, transient=50, observe=50)
+    with pytest.warns(
+        nsdrill.RunWarning, match=r"FRICTION DRIVES: in (\d+) of \1 points normal load of pad is below 0"
+    ):
+        nsdrill.continue_branches(study, progress=False)
+    with pytest.warns(nsdrill.RunWarning, match="FRICTION DRIVES"):
+        trace = nsdrill.simulate(forced.study(force=0.5, transient=0, observe=30))
+    assert np.array_equal(trace["pad_drives"].values, 1.0 + 4.0 * trace["x"].values < 0.0)
+
+
+FORCED = """
+@nsdrill.model
+def pressed(t, x=0.0, v=0.0, *, force=0.05):
+    load = 1.0 + 4.0 * x
+    rub = nsdrill.friction("pad", slip=v, normal=load, static=0.1, smoothing=20.0)
+    return v, -x - 0.4 * v - rub + force * np.cos(1.3 * t)
+
+
+pressed.response("swing", "x_max", 10.0)
+"""
 
 
 def test_a_smoothing_that_changes_is_refused(script):

@@ -86,6 +86,20 @@ def test_pulses_are_told_of_whatever_turns(script, model, narrow, is_told):
         assert float(every) == pytest.approx(20 * 3.14159265, rel=0.07)  # of 600 s one of nine, of two rates
 
 
+@pytest.mark.parametrize(("narrow", "is_told"), [(2e4, True), (5.0, False)])
+def test_pulses_of_an_angle_at_rest_are_told_by_the_angle(script, narrow, is_told):
+    """The same 0.02507 rad: how long they take is not known before the flywheel turns."""
+    script(BUMPS, "bumps_at_rest")
+    study = {"model": "of_a_flywheel", "parameters": {"narrow": narrow}, "initial": {"w": 0.0, "angle": 3.0}}
+    told = [one for one in nsdrill.check(study).warnings if one.startswith("Pulse:")]
+    assert bool(told) == is_told
+    for one in told:
+        assert float(re.search(r"within ([\d.]+) rad of each turn of angle, which rests", one)[1]) == pytest.approx(
+            0.02507, rel=0.03
+        )
+        assert "how long that takes is not looked at" in one
+
+
 @pytest.mark.parametrize(
     ("force", "rtol", "is_told"), [(1e-6, 1e-6, True), (1e-6, 1e-10, False), (1e-2, 1e-6, False), (0.0, 1e-6, False)]
 )

@@ -9,6 +9,7 @@ import pytest
 
 from nsdrill.app.running.refinement import summary
 from nsdrill.app.running.run import run_in_memory, run_study
+from nsdrill.data import value_at
 from nsdrill.errors import FileError, StudyError
 from nsdrill.models.choices import further_axes
 from nsdrill.models.operation import Ramp
@@ -31,6 +32,25 @@ sweep:
 simulation: {transient: 0.2 s, observe: 0.2 s}
 record: {peaks: 0}
 """
+
+
+@pytest.mark.parametrize(("given", "axis", "base"), [
+    ("drillstring: {pipe: {outer_diameter: 0.1 m}}", "drillstring.pipe.inner_diameter: [0.05 m, 0.06 m]", 0.06),
+    ("drillstring: {pipe: {inner_diameter: 0.14 m}}", "drillstring.pipe.outer_diameter: [0.16 m, 0.18 m]", 0.16),
+    ("bit: {friction: {dynamic: 0.6}}", "bit.friction.static: [0.7, 0.9]", 0.7),
+])  # fmt: skip
+def test_a_default_that_an_axis_replaces_does_not_count(given, axis, base):
+    """The default, a bore of 108.6 mm in a pipe of 100 mm, was refused although no point has it."""
+    key = axis.partition(":")[0]
+    study = parse_study(f"{given}\nsweep: {{{axis}, rotary_speed: 60 rpm}}\n")
+    assert value_at(study.resolved, key) == base  # the nearest that a point has
+    assert study.axes[key].tolist() == sorted(study.axes[key])
+
+
+def test_values_that_points_have_are_refused_as_before():
+    text = "drillstring: {pipe: {outer_diameter: 0.1 m}}\nsweep: {drillstring.pipe.inner_diameter: [0.05 m, 0.12 m]}\n"
+    with pytest.raises(StudyError, match=r"at most 0\.999 times drillstring\.pipe\.outer_diameter"):
+        parse_study(text)
 
 
 def test_every_number_of_the_string_is_an_axis():

@@ -12,7 +12,7 @@ them, the next run began at the start of the study, and so their history is anot
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
 from nsdrill.variables import (
+    DRIVES,
     DRIVING,
     INFERRED,
     OK,
@@ -167,21 +168,39 @@ def driving(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) a contact with friction of a
     script drives, by its name: for which part of the observed time at most (``longest``), and
     the words of that (``about``); empty where none does."""
-    ended, found = np.asarray(results["status"]) == OK, {}
-    for variable in _drivings(results.attrs):
-        if variable.name in results.variables:
-            parts = np.asarray(results[variable.name])[ended]
-            if runs := int(np.count_nonzero(parts > 0.0)):
-                longest, about = float(np.nanmax(parts)), variable.long_name
-                contact = variable.name.removesuffix(DRIVING.format(""))
-                found[contact] = {"runs": runs, "of": int(parts.size), "longest": longest, "about": about}
+    ended = np.asarray(results["status"]) == OK
+    variables = results.variables
+    return driving_in_parts(results.attrs, {name: np.asarray(variables[name])[ended] for name in variables})
+
+
+def driving_in_parts(attrs: Attributes, parts: Mapping[str, Array]) -> Answer:
+    """As :func:`driving`, of the ``parts`` of the time in which each contact drives, by the
+    names of features; what is no number is not known, and does not count."""
+    found = {}
+    for variable in _drivings(attrs):
+        known = parts.get(variable.name, np.zeros(0))
+        known = known[np.isfinite(known)]
+        if runs := int(np.count_nonzero(known > 0.0)):
+            longest, about = float(known.max()), variable.long_name
+            contact = variable.name.removesuffix(DRIVING.format(""))
+            found[contact] = {"runs": runs, "of": int(known.size), "longest": longest, "about": about}
     return found
 
 
-def driving_words(found: Answer) -> str:
-    """What :func:`driving` has found, in words."""
+def driving_in_trace(attrs: Attributes, samples: Mapping[str, Array]) -> Answer:
+    """As :func:`driving`, of the one run with these ``samples`` of a trace."""
+    parts = {}
+    for variable in _drivings(attrs):
+        name = variable.name.removesuffix(DRIVING.format(""))
+        if (sampled := samples.get(DRIVES.format(name))) is not None and sampled.size:
+            parts[variable.name] = np.array([np.nanmean(sampled)])
+    return driving_in_parts(attrs, parts)
+
+
+def driving_words(found: Answer, what: str = "run") -> str:
+    """What :func:`driving` has found, in words; each is of ``what``."""
     parts = [
-        f"in {one['runs']} of {count(one['of'], 'run')} {one['about'].removeprefix('fraction of time in which ')} for "
+        f"in {one['runs']} of {count(one['of'], what)} {one['about'].removeprefix('fraction of time in which ')} for "
         f"up to {100 * one['longest']:.2g} % of the observed time"
         for one in found.values()
     ]
@@ -307,6 +326,28 @@ def overspeed_words(found: Answer) -> str:
         "known. Stop the rotation before a change of setting (sweep.procedure: up or same), or run with a longer "
         "simulation.transient"
     )
+
+
+def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
+    """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
+    return ("status", BEYOND, TURNED_BACK, TOP_SPEED, *of_scripts(attrs))
+
+
+def notes_of_run(results: Results) -> Iterator[str]:
+    """What makes numbers of these results wrong, or not those of their setting, in sentences:
+    one list for the end of a run on the command line and for the warnings in Python."""
+    if far := beyond(results):
+        yield f"BEYOND the validity of the model: {beyond_words(far, results['status'].size)}."
+    if back := turned_back(results):
+        yield f"TURNED BACK: {turned_back_words(back)}."
+    if over := overspeeding(results):
+        yield f"OVERSPEED: {overspeed_words(over)}."
+    if faster := outrun(results):
+        yield f"TOO FAST for the steps: {outrun_words(faster)}."
+    if driven := driving(results):
+        yield f"FRICTION DRIVES: {driving_words(driven)}."
+    if smaller := too_small(results):
+        yield f"TOO SMALL for the tolerance: {too_small_words(smaller)}."
 
 
 def knowledge(status: Array, is_known: Array) -> Array:

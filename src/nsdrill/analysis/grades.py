@@ -4,6 +4,7 @@ numbers: the one definition of what is allowed."""
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import astuple
 
 import numpy as np
@@ -131,7 +132,7 @@ def _met(results: Results, labels: Array, along: int) -> Array:
         response, kind = MET.get(one["name"], (None, None))
         if not one["lasts"] or response is None:
             continue
-        begins = float(one["lasts"][0])
+        begins = _lasts_above(one, results, everything.ndim)
         name = RESPONSES[response].kind
         if kind is not None and name is not None and name.name in results.variables:
             there = results[name.name][down] == (name.flag_meanings or "").split().index(kind)
@@ -139,6 +140,17 @@ def _met(results: Results, labels: Array, along: int) -> Array:
             there = _shows(results, response, down)
         everything &= _from_there_down(there, along) | (by_speed < begins)
     return everything
+
+
+def _lasts_above(one: Answer, results: Results, dimensions: int) -> Array:
+    """The speed [rad/s] above which a motion may last at the weight of each point, infinite
+    where it cannot; where that is not told by weight, the least over all of them."""
+    by_weight = {row["wob"]: row["rotary_speed"] for row in one.get("by_weight", ())}
+    weights = np.asarray(results.coords["wob"], dtype=float).tolist() if "wob" in results.axes else []
+    if not weights or any(wob not in by_weight for wob in weights):
+        return np.asarray(float(one["lasts"][0]))
+    above = np.array([math.inf if by_weight[wob] is None else by_weight[wob] for wob in weights])
+    return along_axis(above, results.axes.index("wob"), dimensions)
 
 
 def _shows(results: Results, response: str, way: int) -> Array:

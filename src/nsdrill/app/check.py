@@ -300,7 +300,7 @@ def pulses(study: Study) -> str:
     model = model_named(study.model.name)
     found = [one for at in _corners(study) if (one := model.shortest_pulse(at, duration)) is not None]
     if not found:
-        return ""
+        return _resting_pulses(study)
     width, every = min(found)
     return (
         f"{PULSE} what forces {study.model.name} changes for {width:.3g} s in each {every:.4g} s and rests between. "
@@ -328,6 +328,20 @@ def of_scales(study: Study, points: Sequence[Values] = ()) -> list[str]:
             f"of a step in a trial, but by {min(small):.2g}. {ERRORS_ALONE}."
         )
     return found
+
+
+def _resting_pulses(study: Study) -> str:
+    """The same of an angle that rests at the start."""
+    model = model_named(study.model.name)
+    found = [one for at in _corners(study) if (one := model.resting_pulse(at)) is not None]
+    if not found:
+        return ""
+    width, angle = min(found)
+    return (
+        f"{PULSE} what forces {study.model.name} changes within {width:.3g} rad of each turn of {angle}, which rests at "
+        "the start, so that how long that takes is not looked at. Where it turns, steps follow the motion, and may "
+        f"jump over it without a word. Give {angle} its speed at the start, or compare with a wider pulse of the same area."
+    )
 
 
 def unread_numbers(model: Description) -> str | None:

@@ -214,6 +214,11 @@ class Model(Generic[P]):
         there is none that steps may jump over."""
         return None
 
+    def resting_pulse(self, points: Values[P]) -> tuple[float, str] | None:
+        """Likewise the shortest pulse of an angle that rests at the start, so that its duration is
+        not known: how far the angle turns in it [rad], and its name; None where there is none."""
+        return None
+
     def consequences(self, o: Any) -> Consequences:
         """What follows from the slopes of all states, with these options."""
         from nsdrill.equations.consequences import consequences_of

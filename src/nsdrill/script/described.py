@@ -27,7 +27,7 @@ from nsdrill.script.reading import Reading
 from nsdrill.script.rubbing import brakes
 from nsdrill.script.signature import LARGE, number
 from nsdrill.units import cf_units
-from nsdrill.variables import Variable, at_section, feature, fraction, in_trace, last_peaks
+from nsdrill.variables import DRIVES, Variable, at_section, feature, fraction, in_trace, last_peaks
 
 MOST_CORNERS = 64  # of the values of a study at which jumps are looked for
 
@@ -87,6 +87,8 @@ def _trace(reading: Reading) -> Iterator[Variable]:
     yield in_trace("drive_angle", "rad", "phase of the forcing")
     for name in reading.named:
         yield in_trace(name, "1", name.replace("_", " "), label=name)
+    for name in reading.driving:
+        yield in_trace(DRIVES.format(name), "1", f"whether the friction of {name} drives", label=f"{name} drives")
 
 
 def _planes(reading: Reading) -> tuple[tuple[str, str], ...]:

@@ -23,6 +23,7 @@ from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of,
 from nsdrill.script.pulses import Pulse, shortest_pulse
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import Scales, natural_scales, trial_of
+from nsdrill.variables import DRIVES
 
 SECTION = "parameters"  # of a study, with the numbers of the function
 NINE_TENTHS = 6.3  # smoothing times the slip at which the smoothed direction has nine tenths of its value
@@ -123,19 +124,34 @@ class FunctionModel(Model[ModelParameters]):
         found = [self._pulse_of_time(numbers, duration), *self._pulses_of_angles(points, numbers)]
         return min((one for one in found if one is not None), default=None)
 
+    def resting_pulse(self, points: Values[ModelParameters]) -> tuple[float, str] | None:
+        numbers, found = self.numbers(points), []
+        for name, rate, given in self._rates_of_angles(points, numbers):
+            if rate == 0.0:
+                forces, turn = self.reading.turned[name], 2.0 * math.pi
+                pulse = shortest_pulse(forces, given, turn, repeats=True, source=f"s.{name}")
+                found += [] if pulse is None else [(pulse[0], name)]
+        return min(found, default=None)
+
     def _pulses_of_angles(
         self, points: Values[ModelParameters], numbers: Mapping[str, Numeric]
     ) -> Iterator[Pulse | None]:
-        """The shortest pulse of each state that is an angle, as it turns at the start; None of
-        one that rests there."""
+        """The shortest pulse of each state that is an angle, as it turns at the start; of one that
+        rests there see :meth:`resting_pulse`."""
+        for name, rate, given in self._rates_of_angles(points, numbers):
+            if np.isfinite(rate) and rate != 0.0:
+                forces, turn = self.reading.turned[name], 2.0 * math.pi / abs(rate)
+                yield shortest_pulse(forces, given, turn, repeats=True, source=f"s.{name}", rate=rate)
+
+    def _rates_of_angles(
+        self, points: Values[ModelParameters], numbers: Mapping[str, Numeric]
+    ) -> Iterator[tuple[str, float, dict[str, Any]]]:
+        """Each state that is an angle, its rate at the start, and what is given there."""
         reading = self.reading
         start = {name: getattr(points.initial, name) for name in reading.states}
         given = reading.given(start, {**numbers, CLOCK: self.slowest})
-        for name, forces in reading.turned.items():
-            rate = float(np.ravel(plain.values({"": reading.slopes[name]}, given)[""])[0])
-            if np.isfinite(rate) and rate != 0.0:
-                angle, turn = f"s.{name}", 2.0 * math.pi / abs(rate)
-                yield shortest_pulse(forces, given, turn, repeats=True, source=angle, rate=rate)
+        for name in reading.turned:
+            yield name, float(np.ravel(plain.values({"": reading.slopes[name]}, given)[""])[0]), given
 
     def _pulse_of_time(self, numbers: dict[str, Numeric], duration: float) -> Pulse | None:
         reading = self.reading
@@ -153,6 +169,15 @@ class FunctionModel(Model[ModelParameters]):
             wanted[CLOCK] = reading.rate
         found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
         return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
+
+    def outputs(self, points: Values[ModelParameters], state: Mapping[str, Array]) -> dict[str, Array]:
+        """Whether friction drives at each time, as 1 or 0."""
+        reading, numbers, phase = self.reading, self.numbers(points), state["drive_angle"]
+        wanted = {DRIVES.format(name): node for name, (node, _) in reading.driving.items()}
+        clock = self.columns(points, Thresholds())[CLOCK]
+        states = {name: state[name] for name in reading.states}
+        given = reading.given(states, {**numbers, CLOCK: clock}, phase=phase, time=phase / clock)
+        return {name: value + np.zeros_like(phase) for name, value in plain.values(wanted, given).items()}
 
     def frame_rates(self, table: Mapping[str, Array], o: Any) -> Mapping[str, Numeric]:
         frames = self.reading.frames

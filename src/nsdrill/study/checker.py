@@ -112,6 +112,22 @@ class Checker:
                 asked = (check for check in self._with_words() if not one.unless(check))
                 yield from next((faults for check in asked if (faults := list(check._in_words(one)))), [])
 
+    def replaced(self) -> dict[str, Value]:
+        """The defaults that no point has, as an axis replaces them, where they do not go with the
+        values that are given: by their keys the values of the axis that are nearest. Of a
+        study without faults, whose axes all go with these."""
+        found: dict[str, Value] = {}
+        for one in self.model.orders:
+            if one.lower not in self.leaves or (one.unless is not None and one.unless(self)):
+                continue
+            if _below(one, self.value(one.lower), self.value(one.upper)):
+                continue
+            for key in (one.lower, one.upper):
+                if self.axis(key) and not self.given(key):
+                    low, high = self.ends(key)
+                    found[key] = min(max(self.value(key), low), high)
+        return found
+
     def _in_words(self, one: Order) -> Iterator[Fault]:
         """Those of :meth:`_ordered`, with the words of axes that are looked at."""
         at = "".join(f", with {key} {word}" for key, word in self.words.items())

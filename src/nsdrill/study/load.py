@@ -81,8 +81,12 @@ def _study_in(document: Document, text: str = "", name: str = "<study>", overrid
         before = len(at.faults)
         say_what_is_left_out(at, resolved["uncertain"])
         drawn = draws(resolved["uncertain"], at.keys) if len(at.faults) == before else {}
-    if faults := [*at.faults, *Checker(at, resolved, drawn).faults(), *document.faults]:
+    check = Checker(at, resolved, drawn)
+    if faults := [*at.faults, *check.faults(), *document.faults]:
         raise StudyError(name, _in_file_order(faults))
+    for key, value in check.replaced().items():
+        *sections, last = key.split(".")
+        reduce(getitem, sections, resolved)[last] = value
     study = study_from_resolved(resolved, text, name, overrides)
     return replace(study, notes=tuple(document.notes))
 

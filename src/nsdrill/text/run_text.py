@@ -10,14 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.counts import (
-    beyond_words,
-    driving_words,
-    outrun_words,
-    overspeed_words,
-    too_small_words,
-    turned_back_words,
-)
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
@@ -193,19 +185,7 @@ def outcome_text(outcome: RunResult, units: str) -> str:
         text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
     if outcome.advice:
         text += f" Where the limit of steps was reached: {outcome.advice}."
-    if outcome.beyond:
-        text += f" BEYOND the validity of the model: {beyond_words(outcome.beyond, outcome.points)}."
-    if outcome.turned_back:
-        text += f" TURNED BACK: {turned_back_words(outcome.turned_back)}."
-    if outcome.overspeed:
-        text += f" OVERSPEED: {overspeed_words(outcome.overspeed)}."
-    if outcome.outrun:
-        text += f" TOO FAST for the steps: {outrun_words(outcome.outrun)}."
-    if outcome.driving:
-        text += f" FRICTION DRIVES: {driving_words(outcome.driving)}."
-    if outcome.too_small:
-        text += f" TOO SMALL for the tolerance: {too_small_words(outcome.too_small)}."
-    return text
+    return " ".join((text, *outcome.notes))
 
 
 def continuation_text(found: ContinuationResult) -> str:

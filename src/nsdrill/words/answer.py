@@ -631,11 +631,14 @@ def _of_edges(summary: Answer, best: Answer | None, fmt: Formatter) -> Iterator[
 def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: Iterable[str]) -> Iterator[str]:
     """The motions of these ``names`` that may last at a point, once they begin, and whose
     critical speeds the sweep does not pass over."""
-    speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
+    at = {**summary["fixed"], **point}
+    speed = at.get("rotary_speed", -math.inf)
     for one in summary["lasting_motions"]:
-        if one["name"] in names and one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
+        here = [row["rotary_speed"] for row in one.get("by_weight", ()) if row["wob"] == at.get("wob")]
+        lasts = one["lasts"] if not here else None if here[0] is None else [here[0], here[0]]
+        if one["name"] in names and one["from"] is None and lasts and lasts[0] < speed:
             yield (
-                f"{one['told']} {fmt.above(one['axis'], one['lasts'])}: the best point is safe only while "
+                f"{one['told']} {fmt.above(one['axis'], lasts)}: the best point is safe only while "
                 f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
                 "initial.ensemble=64) show how likely that is."
             )

@@ -15,18 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import (
-    BEYOND,
-    TOP_SPEED,
-    TURNED_BACK,
-    beyond,
-    driving,
-    of_scripts,
-    outrun,
-    overspeeding,
-    too_small,
-    turned_back,
-)
+from nsdrill.analysis.counts import notes_of_run, used_by_notes
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -78,12 +67,8 @@ class RunResult:
     """The result of a run: the numbers of all ``points``, of ``failed`` ones and of
     those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
-    points that reached their limit of steps, ``beyond`` the numbers of those beyond the
-    validity of their model by what takes them there, ``turned_back`` what is found of
-    bits that turn back, ``outrun`` of quantities of scripts that vary faster than the steps,
-    ``driving`` of friction of scripts that does not brake, ``too_small`` of motions of
-    scripts that are near the tolerance, ``overspeed`` of drives that turn faster than they are
-    set."""
+    points that reached their limit of steps, ``notes`` what makes numbers of these results
+    wrong or not those of their setting (:func:`nsdrill.analysis.counts.notes_of_run`)."""
 
     path: Path
     points: int
@@ -93,12 +78,7 @@ class RunResult:
     already: int
     refinement: Answer = field(default_factory=dict)
     advice: str = ""
-    beyond: dict[str, int] = field(default_factory=dict)
-    turned_back: Answer = field(default_factory=dict)
-    outrun: Answer = field(default_factory=dict)
-    driving: Answer = field(default_factory=dict)
-    too_small: Answer = field(default_factory=dict)
-    overspeed: Answer = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 class Interrupted(KeyboardInterrupt):
@@ -172,9 +152,10 @@ def run_study(
     with _log_of(experiment, path, state, overwrite, retry_failed, place) as log:
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(experiment, log):
-            attrs = getattr(_results(experiment, log), "attrs", {})
+            results, failed = _results(experiment, log), _count_failed(log)
+            attrs, notes = getattr(results, "attrs", {}), _notes(results, log)
             log.discard()
-            return RunResult(path, experiment.plan.points, _count_failed(log), 0.0, 0, already, attrs)
+            return RunResult(path, experiment.plan.points, failed, 0.0, 0, already, attrs, notes=notes)
         started_at = time.perf_counter()
         try:
             with interrupt.with_end_message(lambda: f"Interrupted: {log.recovery_text()}"):
@@ -188,26 +169,15 @@ def run_study(
         except DeviceError as error:
             log.sync()
             raise NsdrillError(f"{error} Finished points are kept: give {again('resume')}.") from error
-        failed, remedy = _count_failed(log), _advice(experiment, log)
-        ended = collect(results, ("status", BEYOND, TURNED_BACK, TOP_SPEED, *of_scripts(log.header["attrs"])))
+        failed, remedy, notes = _count_failed(log), _advice(experiment, log), _notes(results, log)
         log.discard()
     attrs = getattr(results, "attrs", {})
-    return RunResult(
-        path,
-        experiment.plan.points,
-        failed,
-        seconds,
-        progress.lane_steps,
-        already,
-        attrs,
-        remedy,
-        beyond(ended),
-        turned_back(ended),
-        outrun(ended),
-        driving(ended),
-        too_small(ended),
-        overspeeding(ended),
-    )
+    return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy, notes)
+
+
+def _notes(results: Source, log: Sink) -> tuple[str, ...]:
+    """What there is to know of the numbers of these results."""
+    return tuple(notes_of_run(collect(results, used_by_notes(log.header["attrs"]))))
 
 
 def _log_of(

@@ -10,7 +10,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.counts import after_failure, driving_in_trace, driving_words
 from nsdrill.app.check import of_scales, without_control
 from nsdrill.app.conversion import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
@@ -472,6 +472,8 @@ def _trace(
         "final_state": run.final,
         **extra,
     }
+    if driven := driving_in_trace(attrs, run.variables):
+        warn(f"FRICTION DRIVES: {driving_words(driven)}.", RunWarning)
     remedy = advice(method, study.model, _knots(study, schedule)) if run.status == STEP_LIMIT else ""
     return Trajectory(Trace(run.time, run.variables, attrs), run.status, advice=remedy)
 

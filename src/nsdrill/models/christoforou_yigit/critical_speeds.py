@@ -123,6 +123,8 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``max``         passed over, over those where it is; None where there is none
     ``lasts``       least and greatest speed [rad/s] above which the motion may last,
                     whatever sets it going, 0 where it may at any; None where it cannot
+    ``by_weight``   at each ``wob`` [N] of a sweep of several the least such ``rotary_speed``
+                    [rad/s], None where it cannot; empty of one weight
     ``told``,       that in words, and the condition under which a point above is safe
     ``safe_while``
     ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
@@ -163,7 +165,9 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for name, (_, told, safe_while) in LASTING_MOTIONS.items():
         speeds = [(speed, point.speed) for point in points if (speed := _begins(name, point))]
+        by_weight = _by_weight(study, name, points)
         lasts = [speed for point in points if (speed := _lasts(name, point)) is not None]
+        lasts += [float(speed) for one in by_weight if (speed := one["rotary_speed"]) is not None]
         over = [speed for speed, at in speeds if carried and speed < start == at]
         if not speeds and not lasts:
             continue
@@ -176,6 +180,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "min": min(values, default=None),
                 "max": max(values, default=None),
                 "lasts": [min(lasts), max(lasts)] if lasts else None,
+                "by_weight": by_weight,
                 "told": told,
                 "safe_while": safe_while,
                 "from": start if over else None,
@@ -267,6 +272,21 @@ def _lasts(name: str, corner: Corner) -> float | None:
         speed = bounce_speed(*corner.point) if corner.lobed and corner.frees("axial") else None
         return None if speed is None else drilling_at(corner.parameters, corner.operation).as_set_speed(speed)
     return staying_speed(*corner.point) if corner.frees("lateral") else None
+
+
+def _by_weight(study: Any, name: str, points: list[Corner]) -> list[dict[str, float | None]]:
+    """At each weight of the sweep the least speed over all other ends above which a motion may
+    last: a bounce lasts at a light weight where it does not at a heavy one."""
+    weights = study.axes.get("wob", ())
+    if len(weights) < 2:
+        return []
+    others = [one for one in points if one.operation.wob == points[0].operation.wob]
+    found: list[dict[str, float | None]] = []
+    for wob in map(float, weights):
+        here = [Corner(replace(one.values, operation=(one.operation.depth, wob, one.speed))) for one in others]
+        speeds = [speed for one in here if (speed := _lasts(name, one)) is not None]
+        found.append({"wob": wob, "rotary_speed": min(speeds, default=None)})
+    return found
 
 
 def _is_possible(name: str, corner: Corner) -> bool:
