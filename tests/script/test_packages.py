@@ -252,3 +252,12 @@ def test_a_module_that_changes_the_folder_leaves_files_where_they_belong(package
     command(package, "check", "model.yaml")
     command(package, "run", "model.yaml", "-o", "model_of_package.h5")
     assert (package / "model_of_package.h5").exists()
+
+
+def test_an_error_that_fails_to_give_its_text_is_told_of(package):
+    text = "class Odd(Exception):\n    def __str__(self):\n        raise ValueError\n\n\nraise Odd\n"
+    add_package(package, "one", b"[nsdrill]\nodd = one\n", one=text)
+    (package / "odd.yaml").write_text("model: odd\n")
+    said = command(package, "check", "odd.yaml", code=2)
+    assert "the model odd, in one: Odd, without a text (" in said
+    assert "one.py, line 6)" in said

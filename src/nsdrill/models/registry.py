@@ -198,7 +198,7 @@ def _import(entry: EntryPoint) -> None:
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # also SystemExit
-        said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
+        said = str(error) if isinstance(error, NsdrillError) else f"{_words(error)}{_origin(error)}"
         _warn(entry, said.rstrip("."), "what it would add from there on is not")
         if has_models and _add_model(entry):
             _described[entry.name] = _not_given(entry.name, error)  # where a study names it
@@ -440,10 +440,18 @@ def _module_with(name: str) -> str:
 
 def _not_given(name: str, error: BaseException) -> InputError:
     return InputError(
-        f"the model {name}, in {_module_with(name)}: {type(error).__name__}: {error}{_origin(error)}; allowed: an "
+        f"the model {name}, in {_module_with(name)}: {_words(error)}{_origin(error)}; allowed: an "
         f"entry point that names a module with a DESCRIPTION and a MODEL ({name} = package.module). Mend the package "
         "of this model, or remove it."
     )
+
+
+def _words(error: BaseException) -> str:
+    """The kind of an error and its text, which an error of another package may fail to give."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:
+        return f"{type(error).__name__}, without a text"
 
 
 def _origin(error: BaseException) -> str:
