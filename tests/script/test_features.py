@@ -110,7 +110,7 @@ def test_a_pole_and_what_is_no_number_are_told(script, tmp_path, monkeypatch):
     )
     (tmp_path / "study.yaml").write_text(study)
     script(BESIDE, "poles")
-    with pytest.warns(nsdrill.RunWarning, match="Too fast for the steps: inverse in 1 of 1 run, root in 1 of 1 run"):
+    with pytest.warns(nsdrill.RunWarning, match="TOO FAST for the steps: inverse in 1 of 1 run, root in 1 of 1 run"):
         data = nsdrill.run(tmp_path / "study.yaml", progress=False)
     assert data.inverse_outrun.item() > 0.9
     assert data.root_outrun.item() == 1.0

@@ -131,7 +131,7 @@ def test_a_motion_that_is_small_beside_its_scale_is_told_also_where_nothing_forc
     for model, is_told in ((made.huge, True), (made.bent, False)):
         study = model.study(transient=0, observe=200)
         data, told = quiet(nsdrill.run, study, progress=False, workers=1)
-        assert any(one.startswith("Too small for the tolerance: in 1 of 1 run") for one in told) == is_told
+        assert any(one.startswith("TOO SMALL for the tolerance: in 1 of 1 run") for one in told) == is_told
         assert (
             any(one.startswith("Small: with the numbers of the study") for one in nsdrill.check(study).warnings)
             == is_told

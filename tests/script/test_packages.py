@@ -192,3 +192,72 @@ def test_other_processes_measure_what_a_package_and_a_script_do(measuring):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.stdout.split() == ["True", "True"], done.stderr[-2000:]
+
+
+MODEL_OF_MODULE = """
+MODEL = DESCRIPTION = None
+"""
+
+
+def add_package(folder, name, entries, **modules):
+    """A further package, installed beside."""
+    about = folder / "installed" / f"{name}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_bytes(entries)
+    for module, text in modules.items():
+        (folder / "installed" / f"{module}.py").write_text(text)
+
+
+@pytest.mark.parametrize("entries", [b"[nsdrill]\nlonely\n", b"[nsdrill]\n# \xff\xfe\n"], ids=["no value", "no text"])
+def test_entry_points_that_cannot_be_read_are_told_of_and_those_of_others_are_known(package, entries):
+    add_package(package, "broken", entries)
+    (package / "model.yaml").write_text("model: pendulum_of_package\nsimulation: {transient: 1 s, observe: 1 s}\n")
+    said = " ".join(command(package, "check", "model.yaml").split())
+    assert f"the package broken in {package / 'installed'}: its entry points cannot be read" in said
+    assert "below [nsdrill]" in said
+
+
+def test_of_two_packages_with_a_model_of_one_name_neither_is_run(package):
+    """Which of them were first on the path would decide whose numbers these are."""
+    add_package(package, "one", b"[nsdrill]\ntwin = one\n", one=MODEL_OF_MODULE)
+    add_package(package, "two", b"[nsdrill]\ntwin = two\n", two=MODEL_OF_MODULE)
+    (package / "twin.yaml").write_text("model: twin\n")
+    said = command(package, "check", "twin.yaml", code=2)
+    assert "the model twin: found two of this name, in " in said
+    assert {"one", "two"} <= set(said.partition("of this name")[2].replace(";", "").split())
+
+
+def test_two_packages_may_give_their_modules_one_name(package):
+    brake = "import nsdrill\n\n\n@nsdrill.drive\ndef brake_of_{0}(drive_speed, set_speed, *, gain=900.0):\n"
+    brake += "    return -gain * (drive_speed - set_speed)\n"
+    for name in ("one", "two"):
+        add_package(package, name, f"[nsdrill]\nbrakes = {name}\n".encode(), **{name: brake.format(name)})
+    for name in ("one", "two"):
+        (package / "brake.yaml").write_text(f"{STUDY}drive: {{kind: brake_of_{name}}}\n")
+        command(package, "check", "brake.yaml")
+
+
+def test_a_package_with_the_name_of_a_model_of_nsdrill_is_told_of(package):
+    add_package(package, "one", b"[nsdrill]\ntorsion = one\n", one=MODEL_OF_MODULE)
+    (package / "torsion.yaml").write_text(TORSION)
+    said = command(package, "check", "torsion.yaml")
+    assert "the entry point torsion of the group nsdrill, one: found the name torsion, which a model of nsdrill" in said
+
+
+def test_a_module_that_changes_the_folder_leaves_files_where_they_belong(package):
+    physics = package / "installed" / "mine" / "physics.py"
+    physics.write_text(f"import os\nos.chdir('/')\n{physics.read_text()}")
+    (package / "model.yaml").write_text("model: pendulum_of_package\nsimulation: {transient: 1 s, observe: 1 s}\n")
+    command(package, "check", "model.yaml")
+    command(package, "run", "model.yaml", "-o", "model_of_package.h5")
+    assert (package / "model_of_package.h5").exists()
+
+
+def test_an_error_that_fails_to_give_its_text_is_told_of(package):
+    text = "class Odd(Exception):\n    def __str__(self):\n        raise ValueError\n\n\nraise Odd\n"
+    add_package(package, "one", b"[nsdrill]\nodd = one\n", one=text)
+    (package / "odd.yaml").write_text("model: odd\n")
+    said = command(package, "check", "odd.yaml", code=2)
+    assert "the model odd, in one: Odd, without a text (" in said
+    assert "one.py, line 6)" in said

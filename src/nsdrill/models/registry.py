@@ -19,7 +19,7 @@ import sys
 import traceback
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout, suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -82,7 +82,8 @@ _forgetting: list[Callable[[], None]] = []  # what empties the caches of what al
 
 
 _GROUP = "nsdrill"
-_imported_entries: set[tuple[str, str]] = set()  # group and name
+_imported_entries: set[tuple[str, str, str]] = set()  # group, name and value
+_second: dict[str, str] = {}  # the module with another model of the name of one that a package has
 _importing: EntryPoint | None = None
 _told: set[str] = set()  # what is wrong with packages
 
@@ -106,8 +107,8 @@ def import_additions(model: str) -> None:
             _import(entry)
         elif entry.group != _GROUP and (named := entry.group.removeprefix(f"{_GROUP}.")) not in model_names():
             import_modules()
-            if named not in model_names() and (entry.group, "") not in _imported_entries:
-                _imported_entries.add((entry.group, ""))
+            if named not in model_names() and (entry.group, "", "") not in _imported_entries:
+                _imported_entries.add((entry.group, "", ""))
                 _warn(entry, f"found no model {named}; allowed: {', '.join(model_names())}", "nothing of it is")
 
 
@@ -129,9 +130,36 @@ def _entry_points() -> tuple[EntryPoint, ...]:
         return ()
     from importlib.metadata import entry_points
 
-    found = entry_points()
-    groups = sorted(group for group in found.groups if group.partition(".")[0] == _GROUP)
-    return tuple(entry for group in groups for entry in found.select(group=group))
+    try:
+        all_of = entry_points()
+        found = [entry for group in all_of.groups for entry in all_of.select(group=group)]
+    except Exception:  # one package, of whatever use, has entry points that are no such text
+        found = list(_readable_entry_points())
+    ours = (entry for entry in found if entry.group.partition(".")[0] == _GROUP)
+    return tuple(sorted(ours, key=lambda entry: entry.group))
+
+
+def _readable_entry_points() -> Iterator[EntryPoint]:
+    """Those of the packages whose entry points can be read; of another one is told."""
+    from importlib.metadata import distributions
+
+    names = set()
+    for package in distributions():
+        name, place = "", package.locate_file("")
+        try:
+            name = str(package.metadata["Name"])
+            entries = tuple(package.entry_points)
+        except Exception as error:
+            warn(
+                f"the package {name or 'without a name'} in {place}: its entry points cannot be read, "
+                f"{type(error).__name__}: {error}; allowed: UTF-8 text with lines such as 'name = "
+                f"package.module' below [{_GROUP}]; nothing of it is known. Mend that package, or remove it.",
+                RunWarning,
+            )
+            continue
+        if (plain := name.lower().replace("-", "_")) not in names:  # the first on the path is the one that is imported
+            names.add(plain)
+            yield from entries
 
 
 def _may_have_some() -> bool:
@@ -153,27 +181,56 @@ def _may_have_some() -> bool:
 
 
 def _import(entry: EntryPoint) -> None:
-    if (entry.group, entry.name) in _imported_entries:
+    if (key := (entry.group, entry.name, entry.value)) in _imported_entries:
         return
-    _imported_entries.add((entry.group, entry.name))  # also while it is imported
+    _imported_entries.add(key)  # also while it is imported
     global _importing
     has_models, before = entry.group == _GROUP, _importing
     _importing = entry
     try:
-        with redirect_stdout(sys.stderr):  # what a module prints is no data
+        with _aside():
             module = import_module(_module_of(entry))
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # also SystemExit
-        said = str(error) if isinstance(error, NsdrillError) else f"{type(error).__name__}: {error}{_origin(error)}"
+        said = str(error) if isinstance(error, NsdrillError) else f"{_words(error)}{_origin(error)}"
         _warn(entry, said.rstrip("."), "what it would add from there on is not")
         if has_models and _add_model(entry):
             _described[entry.name] = _not_given(entry.name, error)  # where a study names it
         return
     finally:
         _importing = before
-    if has_models and (hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION")):
-        _add_model(entry)
+    if has_models and (hasattr(module, "MODEL") or hasattr(module, "DESCRIPTION")) and not _add_model(entry):
+        _tell_of_second(entry)
+
+
+@contextmanager
+def _aside() -> Iterator[None]:
+    """While a module of a package is imported: what it prints is no data, and files stay
+    relative to the folder in which nsdrill works, whichever the module changes to."""
+    here = ""
+    with suppress(OSError):  # the folder may be gone
+        here = os.getcwd()
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if here:
+            os.chdir(here)
+
+
+def _tell_of_second(entry: EntryPoint) -> None:
+    """Of a model of a package whose name another one has: that of nsdrill or of a script
+    stays, and of two of packages nobody knows which is meant."""
+    if (first := _LOCATIONS.get(entry.name, ("",))[0].partition(":")[0]) == _module_of(entry):
+        return
+    if entry.name in NAMES or not first:
+        owner = "nsdrill" if first else "a script"
+        _warn(entry, f"found the name {entry.name}, which a model of {owner} has; allowed: another", "it is not")
+        return
+    _second[entry.name] = _module_of(entry)
+    _described.pop(entry.name, None)
+    forget_known()
 
 
 def _warn(entry: EntryPoint, said: str, left: str) -> None:
@@ -353,7 +410,7 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     package fails to give it."""
     module, _, attribute = _LOCATIONS[name][which].partition(":")
     try:
-        with redirect_stdout(sys.stderr if name not in NAMES else sys.stdout):  # what a module prints is no data
+        with _aside() if name not in NAMES else nullcontext():
             place = import_module(module)
         if not hasattr(place, attribute):
             raise AttributeError(f"{module} has no {attribute}")
@@ -378,10 +435,18 @@ def _module_with(name: str) -> str:
 
 def _not_given(name: str, error: BaseException) -> InputError:
     return InputError(
-        f"the model {name}, in {_module_with(name)}: {type(error).__name__}: {error}{_origin(error)}; allowed: an "
+        f"the model {name}, in {_module_with(name)}: {_words(error)}{_origin(error)}; allowed: an "
         f"entry point that names a module with a DESCRIPTION and a MODEL ({name} = package.module). Mend the package "
         "of this model, or remove it."
     )
+
+
+def _words(error: BaseException) -> str:
+    """The kind of an error and its text, which an error of another package may fail to give."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:
+        return f"{type(error).__name__}, without a text"
 
 
 def _origin(error: BaseException) -> str:
@@ -417,6 +482,11 @@ copyreg.pickle(Description, lambda description: (described, (description.name,))
 
 def _checked(name: str) -> Description:
     """The description of the model of this name, of which nothing is wrong."""
+    if name in _second:
+        raise InputError(
+            f"the model {name}: found two of this name, in {_module_with(name)} and in {_second[name]}; allowed: one. "
+            "Rename an entry point, or remove one of the packages."
+        )
     description: Description = _loaded(name, 0, Description)
     for change in _changed.get(name, ()):
         description = change(description)
