@@ -520,6 +520,28 @@ def test_a_quick_start_says_how_the_slow_ways_ended():
     assert "In 3 of 7 ways in it whirls;" in sentence(confirmed(quick, Trials(ways("...", "www."))))
 
 
+def test_a_sentence_without_words_for_where_it_whirls_slowly_says_that_it_does():
+    """Within the limits 12 klbf and 150 rpm are free from a quick start only; the way in says where."""
+    ends = {"rotary_speed": Stretch(85 * RPM, 200 * RPM, Beyond(75 * RPM), Beyond(None))}
+    ends["wob"] = Stretch(4 * KLBF, 20 * KLBF, Beyond(None), Beyond(None))
+    quick = replace(
+        POINT,
+        kind=Kind.QUICK_START,
+        point={"wob": 16 * KLBF, "rotary_speed": 160 * RPM},
+        stay_within=ends,
+        lines={"rotary_speed": replace(ends["rotary_speed"], low=75 * RPM), "wob": ends["wob"]},
+        slowly=("whirl",),
+        slowly_at={"wob": 12 * KLBF, "rotary_speed": 150 * RPM},
+        way_in=WayIn(),
+    )
+    found = confirmed(quick, Trials(ways("www", "ww...")))
+    words, orders = (one(found, ("rotary_speed", "wob"), "field", ("up", "same")) for one in (Words, Orders))
+    assert words.sentence().endswith("4 to 20 klbf. Raised slowly within that it whirls.")
+    assert is_short(words.sentence())
+    assert "Brought up slowly it whirls at 12 klbf and 150 rpm." in " ".join(words.lines())
+    assert "Do not raise the speed slowly: brought up slowly it whirls at 12 klbf and 150 rpm." in orders.do_not()
+
+
 def test_the_order_that_asks_less_of_the_drive_is_taken():
     """The weight first is free at every rate, the speed first from 5 rpm/s on; the map, which stops at
     every speed, whirls."""

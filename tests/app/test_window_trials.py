@@ -456,7 +456,7 @@ def test_steps_of_changes_do_not_jump_across_the_wall():
 
 
 def test_the_string_as_it_is_does_what_the_map_shows(tmp_path, monkeypatch):
-    """At 12.7 mm the map allows nothing at any of its speeds: a way up of other steps shows no more."""
+    """The map allows nothing at any of its speeds: a way up of other steps, which may show more, is not run."""
     monkeypatch.setattr(remedies, "SPEEDS", 3)
     study = parse_study(TORSION, "the test", ["sweep.rotary_speed={from: 4 rad/s, to: 9 rad/s, points: 6}"])
     run_study(study, tmp_path / "out.h5", workers=1)
