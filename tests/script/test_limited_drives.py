@@ -201,6 +201,42 @@ def test_without_a_balance_nothing_of_it_is_told(script):
     assert told.startswith("Not known: whether the drive breaks the bit away under 60 kN")
 
 
+INTEGRATING = """
+@nsdrill.drive
+def wound_clip(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0, top=1500.0):
+    error = drive_speed - set_speed
+    return max(0.0, min(top, -gain * wound - brake * error)), error
+"""
+
+
+def test_a_drive_with_an_integrator_that_its_clip_holds_back_has_no_balance(script):
+    """1.5 kN m are less than steady drilling takes, and the integrator winds up without end: it was told to rest
+    with 0 kN m, which the drive does not have there."""
+    script(INTEGRATING, "integrating")
+    study = {**STUDY, "drive": {"kind": "wound_clip"}}
+    (told,) = said_of_breaking_away(study, {"kind": "wound_clip"})
+    assert told.startswith("Not known: at a set speed of 6 rad/s under 60 kN no balance of motor and bit is found")
+    found = nsdrill.check(study).figures
+    assert all(
+        not found[name].known for name in ("balance_speed", "mean_torque", "stick_slip_onset", "stick_slip_fold")
+    )
+    found = nsdrill.check({**STUDY, "drive": {"kind": "wound_clip", "top": 9000.0}}).figures
+    assert found["balance_speed"].value == pytest.approx(6.0)
+    assert found["mean_torque"].value == pytest.approx(1793.97, rel=1e-4)
+
+
+@pytest.mark.parametrize(("damping", "known"), [("1e-6 N*m*s/rad", False), ("100 N*m*s/rad", True)])
+def test_the_fold_is_not_none_where_the_onset_has_a_number(damping, known):
+    """The bit rests at this set speed, with a torque that rounds to 0, as if the rock took none."""
+    drive = {"kind": "pi", "inertia": "2900 kg*m^2", "stiffness": "0 N*m/rad", "damping": damping}
+    report = nsdrill.check({**STUDY, "drive": drive})
+    onset, fold = (report.figures[name] for name in ("stick_slip_onset", "stick_slip_fold"))
+    assert onset.value > 20.0
+    assert (fold.known, fold.value is not None) == (known, known)
+    free = nsdrill.check({**STUDY, "operation": {**STUDY["operation"], "wob": "0 N"}, "drive": drive})
+    assert (free.figures["stick_slip_fold"].value, free.figures["stick_slip_fold"].known) == (None, True)
+
+
 @pytest.mark.parametrize("damping", ["0 N*m*s/rad", "500 N*m*s/rad"])
 def test_a_speed_of_the_bit_is_known_where_the_set_speed_is(damping):
     """A drive without any torque has no balance; the onset at the bit was the set speed."""

@@ -235,14 +235,18 @@ class Drilling:
         that of one cycle of several: from another start stick-slip may last to higher speeds, as
         with a limit of torque that the string was wound up against, or to lower ones. Where the
         torque of its cycle stays within the limit it is known."""
-        return self.fold_sought and (self.limit is None or self.rock_torque <= 0.0 or self._is_within(self.limit))
+        return self.fold_sought and (self.limit is None or self._is_free or self._is_within(self.limit))
 
     @cached_property
     def fold_sought(self) -> bool:
         """Whether it is known if no limit of torque is in the way."""
-        drive = getattr(self.string.motion.options, "drive", 0)
-        is_linear = not drive or numbered(drive).is_linear
-        return self.known and (self.rock_torque <= 0.0 or (self.onset_known and is_linear))
+        return self.known and (self._is_free or (self.rock_torque > 0.0 and self.onset_known and not self._is_curved))
+
+    @property
+    def _is_free(self) -> bool:
+        """Whether the rock takes no torque, so that nothing sticks: a bit that rests at this set
+        speed takes none of a drive with hardly any, but has an onset at another."""
+        return self.rock_torque <= 0.0 and (self.turns or (self.onset is None and self.onset_known))
 
     def _is_within(self, limit: float) -> bool:
         """Whether the motor's torque is between 0 and a ``limit`` [N m] in the cycle of the
@@ -285,7 +289,7 @@ class Drilling:
     def unstable_to(self) -> float:
         """The set speed [rad/s] below which steady drilling is unstable to stick-slip; 0 where
         it is stable, infinite where it is stable at no speed."""
-        return 0.0 if self.rock_torque <= 0.0 or self.onset is None else float(self.onset.set_speed)
+        return 0.0 if self._is_free or self.onset is None else float(self.onset.set_speed)
 
     def as_set_speed(self, speed: float) -> float:
         """The set speed at which the bit turns at a ``speed`` in steady drilling
@@ -304,7 +308,7 @@ class Drilling:
     def known(self) -> bool:
         """Whether a balance of motor and bit is found, at which the bit turns or does not: none
         is of a drive at a limit of its own, nor of one without any torque."""
-        if self._may_lack:
+        if self._may_lack or (self._is_curved and self.speed == 0.0):
             return self.string.is_settled(self.at)
         return self.string.holds or math.isfinite(self.string.balance(self.speed, self.set_speed).set_speed)
 
@@ -312,8 +316,13 @@ class Drilling:
     def _may_lack(self) -> bool:
         """Whether it is a drive that holds its angle, of a script, and not linear: it may have
         less torque than the bit takes, however far it lags behind."""
+        return self.string.holds and self._is_curved
+
+    @property
+    def _is_curved(self) -> bool:
+        """Whether it is a drive of a script that is not linear."""
         drive = getattr(self.string.motion.options, "drive", 0)
-        return self.string.holds and bool(drive) and not numbered(drive).is_linear
+        return bool(drive) and not numbered(drive).is_linear
 
     @cached_property
     def _supply(self) -> tuple[Array, Array] | None:
@@ -458,7 +467,7 @@ class Drilling:
         """Which quantities are not known rather than absent."""
         if not self.known:
             return (*OF_BALANCE, STICK_SLIP_ONSET, FOLD)
-        if self.rock_torque > 0.0 and not self.onset_known:
+        if not self._is_free and not self.onset_known:
             return (STICK_SLIP_ONSET, FOLD)
         return () if self.fold_known else (FOLD,)
 
@@ -467,6 +476,8 @@ class Drilling:
         """Why the :attr:`fold` is not known."""
         if not self.known or not self.onset_known:
             return "(no balance of motor and bit is found)"
+        if self.rock_torque <= 0.0:
+            return "(the bit rests at this set speed, with a drive that has no torque to turn it)"
         if not self.fold_sought:
             return "(with a drive that is not linear it depends on the start)"
         reached = self.cycle is not None and np.isfinite(self.cycle.at.set_speed)
