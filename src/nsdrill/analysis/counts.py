@@ -201,7 +201,8 @@ AT_REST = 1e-4  # likewise: what swings by less rests
 def too_small(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) every state of a model of a
     script that is forced swings by less than :data:`TOLERANCES` of a step; empty where none
-    does. What is not forced may rest."""
+    does. What is not forced may rest. Errors that add up over many cycles, as with little
+    damping, it does not see (docs/trust.md)."""
     scales = _natural_scales(results.attrs)
     is_complete = all(name in results.variables for name in _extremes(scales))
     if not scales or not model_in(results.attrs).section or not is_complete:

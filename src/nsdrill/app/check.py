@@ -313,9 +313,10 @@ def _resting_pulses(study: Study) -> str:
         return ""
     width, angle = min(found)
     return (
-        f"{PULSE} what forces {study.model.name} changes within {width:.3g} rad of each turn of {angle}, which rests at "
-        "the start, so that how long that takes is not looked at. Where it turns, steps follow the motion, and may "
-        f"jump over it without a word. Give {angle} its speed at the start, or compare with a wider pulse of the same area."
+        f"{PULSE} what forces {study.model.name} changes within {width:.3g} rad of each turn of {angle}, which rests "
+        "at the start, so that how long that takes is not looked at. Where it turns, steps follow the motion, and may "
+        f"jump over it without a word. Give {angle} its speed at the start, or compare with a wider pulse of the same "
+        "area."
     )
 
 
