@@ -228,7 +228,8 @@ def too_small(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) no state of a model of a script
     moves by :data:`TOLERANCES` of a step, and the ``most`` that one moves by in the run where
     it is least; empty where there is none. What is forced is to swing by as much; what is not
-    may come to rest from further away."""
+    may come to rest from further away. Errors that add up over many cycles, as with little
+    damping, it does not see (docs/trust.md)."""
     scales = _natural_scales(results.attrs)
     if not scales or not all(name in results.variables for name in _of_states(results.attrs)):
         return {}
