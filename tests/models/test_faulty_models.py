@@ -39,7 +39,7 @@ FAULTS = {
     "random": (
         RETURN,
         f"    import random\n    friction = friction * random.random()\n{RETURN}",
-        "when they were read again",
+        r"random.random\(\): found what is read anew in every run, .* random numbers; allowed",
     ),
     "remembers": (
         "def equations(",
