@@ -14,7 +14,7 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.counts import AFTER_FAILURE, OVERSPEED, TOP_SPEED, after_failure
+from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -169,7 +169,7 @@ class Accessor:
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
-        trusted = trusted & ~self._overspeeds()
+        trusted = trusted & ~self._off_speed()
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
         GRADES.read("severity", severity)
@@ -235,13 +235,12 @@ class Accessor:
         after = ordered.copy(data=after_failure(Results(coords, {"status": ordered.values}, self._data.attrs)))
         return known & ~(after if "procedure" in status.dims else after.squeeze("procedure"))
 
-    def _overspeeds(self) -> DataArray:
-        """Where the drive turns faster than it is set, so that a run that shows nothing is not
-        known."""
+    def _off_speed(self) -> DataArray:
+        """Where the drive does not turn as it is set, so that a run that shows nothing is not known."""
         status = self._status()
-        if any(name not in self._data for name in (TOP_SPEED, "rotary_speed")):
+        if any(name not in self._data for name in (*TURNED, "rotary_speed")):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
-        return (self._data[TOP_SPEED] > (1 + OVERSPEED) * self._data["rotary_speed"]) & (status == OK)
+        return is_off_speed(*(self._data[name] for name in (TOP_SPEED, "rotary_speed", "settled"))) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

@@ -287,15 +287,18 @@ def guessed_words(states: Sequence[str]) -> str:
     )
 
 
-OVERSPEED = 0.1  # of the set speed: a drive that is faster by more does not turn as it is set
-TOP_SPEED = "drive_speed_mean"  # the variable that overspeed uses
+OFF_SPEED = 0.1  # of the set speed: a drive that is further from it does not turn as it is set
+TOP_SPEED = "drive_speed_mean"
+TURNED = (TOP_SPEED, "settled")  # the variables that off_speed uses
 
 
-def overspeed(results: Results) -> Array:
-    """Which of the runs that ended well overspeed: the drive turns on average faster than the
-    set speed by more than :data:`OVERSPEED` of it. One whose torque is limited does that after
-    a stall or an overload, until it has given back the turns that it lagged, which may take
-    longer than any run. Bool on the grid; nowhere in results that do not say."""
+def off_speed(results: Results) -> Array:
+    """Which of the runs that ended well are off their speed: the drive turns on average faster
+    than the set speed by more than :data:`OFF_SPEED` of it, or by as much slower and the
+    motion had not settled. One whose torque is limited slows under an overload; after that,
+    or after a stall, it is too fast until it has given back the turns that it lagged, which
+    may take longer than any run. A drive that droops settles. Bool on the grid; nowhere in
+    results that do not say."""
     drawn = results.uncertain.get("rotary_speed")
     is_there = TOP_SPEED in results.variables and (drawn is not None or "rotary_speed" in results.grid)
     if not is_there:
@@ -303,35 +306,46 @@ def overspeed(results: Results) -> Array:
     speeds = np.asarray(results.coords["rotary_speed"] if drawn is None else drawn, float)
     place = results.grid.index("rotary_speed" if drawn is None else SAMPLE)
     set_speed = along_axis(speeds, place, len(results.shape))
+    settled = results["settled"] if "settled" in results.variables else np.ones(results.shape)
+    return np.asarray(is_off_speed(results[TOP_SPEED], set_speed, settled) & (results["status"] == OK))
+
+
+def is_off_speed(top_speed: Array, set_speed: Array, settled: Array) -> Array:
+    """The rule of :func:`off_speed`, of mean and set speeds [rad/s]."""
     with np.errstate(invalid="ignore"):
-        faster = np.asarray(results[TOP_SPEED]) > (1 + OVERSPEED) * set_speed
-    return np.asarray(faster & (results["status"] == OK))
+        too_fast = top_speed > (1 + OFF_SPEED) * set_speed
+        return too_fast | ((top_speed < (1 - OFF_SPEED) * set_speed) & (settled == 0))
 
 
-def overspeeding(results: Results) -> Answer:
-    """In how many (``runs``) of the runs that ended well (``of``) the drive overspeeds, and the
-    ``greatest`` mean speed [rad/s] of these; empty where none does."""
-    faster = overspeed(results)
-    if not faster.any():
+def runs_off_speed(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) the drive is off its speed, and the
+    ``least`` and ``greatest`` mean speed [rad/s] of these; empty where in none."""
+    off = off_speed(results)
+    if not off.any():
         return {}
-    ended, speeds = np.asarray(results["status"]) == OK, np.asarray(results[TOP_SPEED])
-    return {"runs": int(faster.sum()), "of": int(ended.sum()), "greatest": float(speeds[faster].max())}
+    ended, speeds = np.asarray(results["status"]) == OK, np.asarray(results[TOP_SPEED])[off]
+    return {
+        "runs": int(off.sum()),
+        "of": int(ended.sum()),
+        "least": float(speeds.min()),
+        "greatest": float(speeds.max()),
+    }
 
 
-def overspeed_words(found: Answer) -> str:
-    """What :func:`overspeeding` has found, in words."""
+def off_speed_words(found: Answer) -> str:
+    """What :func:`runs_off_speed` has found, in words."""
     return (
-        f"in {found['runs']} of {count(found['of'], 'run')} the drive turns more than {OVERSPEED:.0%} faster than the "
-        "set speed when it is observed: one whose torque is limited gives back the turns that it lagged in a stall or "
-        "an overload. What such a run shows is not what its setting does, and where it shows no response it is not "
-        "known. Stop the rotation before a change of setting (sweep.procedure: up or same), or run with a longer "
-        "simulation.transient"
+        f"in {found['runs']} of {count(found['of'], 'run')} the drive turns more than {OFF_SPEED:.0%} faster than the "
+        "set speed when it is observed, or as much slower and was still changing: one whose torque is limited slows "
+        "under an overload, and after it, or after a stall, gives back the turns that it lagged. What such a run shows "
+        "is not what its setting does, and where it shows no response it is not known. Run with a longer "
+        "simulation.transient, or stop the rotation before a change of setting (sweep.procedure: up or same)"
     )
 
 
 def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
-    return ("status", BEYOND, TURNED_BACK, TOP_SPEED, *of_scripts(attrs))
+    return ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(attrs))
 
 
 def notes_of_run(results: Results) -> Iterator[str]:
@@ -341,8 +355,8 @@ def notes_of_run(results: Results) -> Iterator[str]:
         yield f"BEYOND the validity of the model: {beyond_words(far, results['status'].size)}."
     if back := turned_back(results):
         yield f"TURNED BACK: {turned_back_words(back)}."
-    if over := overspeeding(results):
-        yield f"OVERSPEED: {overspeed_words(over)}."
+    if over := runs_off_speed(results):
+        yield f"OFF SPEED: {off_speed_words(over)}."
     if faster := outrun(results):
         yield f"TOO FAST for the steps: {outrun_words(faster)}."
     if driven := driving(results):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, overspeed
+from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, off_speed
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
@@ -20,7 +20,7 @@ from nsdrill.variables import INFERRED, OK, PENDING
 class RunSafety:
     """The safety of every run, arrays of bool on the grid: ``safe``; ``unsafe``, known
     not to be safe; ``failed``, not known; ``distrusted``, among the unsafe ones, those
-    whose checks gave another response. Of a run that overspeeds, that it shows nothing
+    whose checks gave another response. Of a run that is off its speed, that it shows nothing
     says nothing of its setting."""
 
     safe: Array
@@ -57,7 +57,7 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
             np.all([results[name] <= severity for name in labels if name in results.variables], axis=0)
             & (results["response"] & ungraded(critical) == 0),
         )
-    is_open = is_known & has_no_response & is_trusted & ((verdicts == CHECK_FAILED) | overspeed(results))
+    is_open = is_known & has_no_response & is_trusted & ((verdicts == CHECK_FAILED) | off_speed(results))
     return RunSafety(
         is_known & has_no_response & is_trusted & ~is_open,
         is_known & ~(has_no_response & is_trusted),

@@ -18,7 +18,7 @@ from nsdrill.analysis.counts import (
     guessed_scales,
     known,
     outrun,
-    overspeeding,
+    runs_off_speed,
     too_small,
 )
 from nsdrill.analysis.graded import drilled_runs, graded
@@ -137,7 +137,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "runs": int(results["status"].size),
         "after_failure": after,
         "beyond": beyond(results),
-        "overspeed": overspeeding(results),
+        "off_speed": runs_off_speed(results),
         "outrun": outrun(results),
         "driving": driving(results),
         "too_small": too_small(results),
@@ -382,7 +382,7 @@ def unknown_words(summary: Answer) -> str:
     carried``, ``3 too fast``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
-    causes = {"failed": summary["failed"], "not carried": summary["after_failure"], "too fast": summary["overspeed"]}
+    causes = {"failed": summary["failed"], "not carried": summary["after_failure"], "too fast": summary["off_speed"]}
     why = " or ".join([word for word, told in causes.items() if told] or ["failed"])
     return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 

@@ -14,11 +14,11 @@ from nsdrill.analysis.counts import (
     driving_words,
     guessed_scales,
     guessed_words,
+    off_speed_words,
     open_words,
     outrun,
     outrun_words,
-    overspeed_words,
-    overspeeding,
+    runs_off_speed,
     too_small,
     too_small_words,
     turned_back,
@@ -89,8 +89,8 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"BEYOND THE MODEL: {beyond_words(found, results['status'].size)}."
     if back := turned_back(results):
         yield f"TURNED BACK: {turned_back_words(back)}."
-    if over := overspeeding(results):
-        yield f"OVERSPEED: {overspeed_words(over)}."
+    if over := runs_off_speed(results):
+        yield f"OFF SPEED: {off_speed_words(over)}."
     if faster := outrun(results):
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if driven := driving(results):

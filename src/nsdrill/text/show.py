@@ -8,9 +8,9 @@ from nsdrill.analysis.counts import (
     beyond_words,
     driving_words,
     guessed_words,
+    off_speed_words,
     open_words,
     outrun_words,
-    overspeed_words,
     too_small_words,
     turned_back_words,
 )
@@ -159,8 +159,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
     if pulse := s[PULSES]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
-    if over := s["overspeed"]:
-        yield f"  OVERSPEED      {overspeed_words(over)}."
+    if over := s["off_speed"]:
+        yield f"  OFF SPEED      {off_speed_words(over)}."
     if faster := s["outrun"]:
         yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
     if driven := s["driving"]:

@@ -18,8 +18,8 @@ from nsdrill.analysis.counts import (
     beyond_words,
     driving_words,
     guessed_words,
+    off_speed_words,
     outrun_words,
-    overspeed_words,
     too_small_words,
 )
 from nsdrill.analysis.probability import interval, samples_for
@@ -200,8 +200,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trial_words.after_connection(tried)
     if pulse := summary[PULSES]:
         yield f"PULSE: {pulse.removeprefix(PULSE).strip()}"
-    if over := summary["overspeed"]:
-        yield f"OVERSPEED: {overspeed_words(over)}."
+    if over := summary["off_speed"]:
+        yield f"OFF SPEED: {off_speed_words(over)}."
     if faster := summary["outrun"]:
         yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
     if driven := summary["driving"]:
@@ -490,9 +490,9 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
             "simulation.max_steps)."
         )
     if others := summary["undecided_runs"]:
-        over = summary["overspeed"].get("runs", 0)
+        over = summary["off_speed"].get("runs", 0)
         causes = [
-            *(["the drive overspeeds"] if over else []),
+            *(["the drive is off its speed"] if over else []),
             *(["a check of the answer failed"] if others > over else []),
         ]
         yield f"NOT KNOWN in {count(others, 'run')} that ended well, as {' or '.join(causes)}."
