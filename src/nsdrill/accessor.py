@@ -169,7 +169,6 @@ class Accessor:
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
-        trusted = trusted & ~self._off_speed()
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
         GRADES.read("severity", severity)
@@ -224,6 +223,8 @@ class Accessor:
     def _is_known(self) -> DataArray:
         status = self._status()
         known = status.isin((OK, INFERRED))
+        if "response" in self._data:
+            known = known & ~(self._off_speed() & (self._data["response"] == 0))
         if AFTER_FAILURE.name in self._data.coords:
             return known & (self._data[AFTER_FAILURE.name] == 0)
         along = resolved_study(self._data.attrs).get("sweep", {}).get("along")

@@ -78,3 +78,27 @@ def test_after_a_stall_a_limited_drive_runs_away(tmp_path, capfd, monkeypatch):
     assert found["grades"].get("safe after any history", 0) == 0
     assert not any("free from there" in line for line in found["answer"]["lines"])
     assert "OFF SPEED" in nsdrill.show(data)
+
+
+def test_a_drive_that_droops_is_told_of_at_the_setting():
+    window = find_window(results(SET * 0.75))
+    drive, set_speed = window["turns"]["drive"], window["turns"]["set"]
+    assert drive == pytest.approx(0.75 * set_speed)
+    assert set_speed == window["answer"].point["rotary_speed"]
+    assert any(one.startswith("THE DRIVE TURNS SLOWER THAN IT IS SET") for one in warnings(window, "si"))
+    assert find_window(results(SET))["turns"] is None
+
+
+@pytest.mark.parametrize(("spread", "grade"), [(1.0, "safe after any history"), (0.01, "free from some starts only")])
+def test_starts_that_are_close_together_are_no_other_histories(spread, grade):
+    """At 24 to 30 rad/s no start of this string sticks; but three that hardly differ do not show it."""
+    data = nsdrill.run(
+        "{model: torsion, operation: {depth: 1000 m}, sweep: {rotary_speed: [24 rad/s, 26 rad/s, 28 rad/s, 30 rad/s]}, "
+        f"initial: {{ensemble: 3, spread: {spread}}}, simulation: {{transient: 20 s, observe: 20 s}}}}",
+        progress=False,
+    )
+    found = nsdrill.window(data)
+    assert grade in found["grades"]
+    assert found["spread"] == (None if spread == 1.0 else spread)
+    told = "THE STARTS ARE CLOSE TOGETHER: initial.spread is 0.01"
+    assert any(one.startswith(told) for one in found["answer"]["warnings"]) == (spread < 1.0)

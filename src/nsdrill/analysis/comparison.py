@@ -377,7 +377,7 @@ def _outcome_name(outcome: int, attrs: Attributes) -> str:
     if outcome < _NOT_CARRIED:
         return response_text(outcome, attrs)
     if outcome == _NOT_CARRIED:
-        return "not carried"
+        return "not known"
     return (BY_NAME["status"].flag_meanings or "").split()[outcome - _STATUS_OFFSET]
 
 

@@ -36,7 +36,9 @@ from nsdrill.variables import (
     has_failed,
 )
 
-NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
+NOT_CARRIED = (
+    "not known: a run before it in its chain failed, or its drive is off its speed"  # of a run that ended well
+)
 # what is known of a run, the worst last
 EXPONENT = "lyapunov_exponent"
 KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)

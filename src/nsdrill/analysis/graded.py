@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.grades import grades_of, labels_of, sticking_of, unsettled_runs
+from nsdrill.analysis.grades import grades_of, labels_of, spread_of, sticking_of, unsettled_runs
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
 from nsdrill.analysis.planes import Cell, along_axis, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
@@ -245,6 +245,8 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         # of the model, and so of all starts alike
         sticks = (worlds((found.unstable | (found.met & found.lasts))[None])[0]).any(axis=-1)
         grades = of_starts(starts, sticks, worlds(found.between[None])[0].any(axis=-1))[..., None]
+        if spread_of(results) is not None:  # of all that there may be these are some
+            grades = np.where(grades == Grade.ANY_HISTORY, Grade.FROM_SOME, grades)
         return Graded(
             results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share, outside=outside
         )

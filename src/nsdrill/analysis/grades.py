@@ -9,12 +9,12 @@ from dataclasses import astuple
 
 import numpy as np
 
-from nsdrill.analysis.counts import after_failure, carried_axis
+from nsdrill.analysis.counts import after_failure, carried_axis, known
 from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
-from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, MUD_DRIVES, Answer, Array, Results
+from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, MUD_DRIVES, Answer, Array, Results, resolved_study
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import OK, UNMEASURED
@@ -42,7 +42,7 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
             touches |= beyond
     labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
     labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
-    ended = known_runs(results) | ((results["status"] == UNMEASURED) & ~after_failure(results))
+    ended = (known(results["status"]) | (results["status"] == UNMEASURED)) & ~after_failure(results)
     labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
     return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
 
@@ -88,6 +88,18 @@ def lasting(results: Results) -> list[Answer]:
     """The motions that may last above a critical speed, once they begin."""
     found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return found
+
+
+WIDE = 0.5  # of initial.spread: 1 is from a bit at rest to one at twice the speed, and as far as the wall
+
+
+def spread_of(results: Results) -> float | None:
+    """How far apart many starts are drawn (initial.spread), where that is less than
+    :data:`WIDE`, so that all of them are one start, disturbed a little; None where they are
+    further apart, where there is a slice, and where a file does not say."""
+    initial = resolved_study(results.attrs).get("initial", {})
+    spread = initial.get("spread") if "start" in results.coords and not initial.get("slice") else None
+    return None if spread is None or float(spread) >= WIDE else float(spread)
 
 
 def unsettled_runs(results: Results) -> Array:

@@ -57,7 +57,7 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
             np.all([results[name] <= severity for name in labels if name in results.variables], axis=0)
             & (results["response"] & ungraded(critical) == 0),
         )
-    is_open = is_known & has_no_response & is_trusted & ((verdicts == CHECK_FAILED) | off_speed(results))
+    is_open = is_known & has_no_response & is_trusted & (verdicts == CHECK_FAILED)
     return RunSafety(
         is_known & has_no_response & is_trusted & ~is_open,
         is_known & ~(has_no_response & is_trusted),
@@ -89,9 +89,10 @@ PENDING_POINT, FAILED_POINT, NOT_CARRIED_POINT = -1, -2, -3
 
 
 def known_runs(results: Results) -> Array:
-    """Of which runs the response is known, with the history that the procedure says: bool
-    on the grid."""
-    return np.asarray(known(results["status"]) & ~after_failure(results))
+    """Of which runs the response is known, with the history and at the speed that the study
+    says: bool on the grid."""
+    shows_nothing = results["response"] == 0 if "response" in results.variables else True
+    return np.asarray(known(results["status"]) & ~after_failure(results) & ~(off_speed(results) & shows_nothing))
 
 
 def measured_runs(results: Results) -> Array:
@@ -109,8 +110,8 @@ def measured_values(results: Results, name: str) -> Array:
 
 
 def known_outcome(results: Results) -> Array:
-    """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and came
-    after a failed one in their chain."""
+    """As :func:`outcome`, with :data:`NOT_CARRIED_POINT` for runs that ended well and are not
+    known (:func:`known_runs`)."""
     codes = outcome(results["status"], results["response"])
     return np.where((codes >= 0) & ~known_runs(results), NOT_CARRIED_POINT, codes)
 

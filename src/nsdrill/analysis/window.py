@@ -12,6 +12,8 @@ import numpy as np
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import (
+    OFF_SPEED,
+    TOP_SPEED,
     after_failure,
     beyond,
     driving,
@@ -22,7 +24,7 @@ from nsdrill.analysis.counts import (
     too_small,
 )
 from nsdrill.analysis.graded import drilled_runs, graded
-from nsdrill.analysis.grades import driven_by_mud, lasting
+from nsdrill.analysis.grades import driven_by_mud, lasting, spread_of
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
@@ -137,6 +139,8 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "runs": int(results["status"].size),
         "after_failure": after,
         "beyond": beyond(results),
+        "turns": _slower(maps, found),
+        "spread": spread_of(results),
         "off_speed": runs_off_speed(results),
         "outrun": outrun(results),
         "driving": driving(results),
@@ -349,6 +353,19 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
         if milder.kind not in NO_POINT:
             return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(maps, milder))}
     return None
+
+
+def _slower(maps: Classes, answer: Advice) -> Answer | None:
+    """The mean speed of the ``drive`` at the setting, and the one that is ``set`` [rad/s], where it
+    turns slower by more than :data:`nsdrill.analysis.counts.OFF_SPEED` of that: one that droops,
+    or has not enough torque. None where it does not, and where a file does not say."""
+    if answer.cell is None or TOP_SPEED not in maps.results.variables:
+        return None
+    at = {**maps.results.held, **answer.point, **answer.at}
+    drive, set_speed = float(maps.grades.yields(TOP_SPEED)[answer.cell]), at.get("rotary_speed")
+    if set_speed is None or not drive < (1.0 - OFF_SPEED) * float(set_speed):
+        return None
+    return {"drive": drive, "set": float(set_speed)}
 
 
 def _grades(maps: Classes) -> dict[str, int]:

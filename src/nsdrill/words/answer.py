@@ -200,6 +200,17 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from trial_words.after_connection(tried)
     if pulse := summary[PULSES]:
         yield f"PULSE: {pulse.removeprefix(PULSE).strip()}"
+    if (spread := summary["spread"]) is not None:
+        yield (
+            f"THE STARTS ARE CLOSE TOGETHER: initial.spread is {spread:g}, and 1 draws from a bit at rest to one at "
+            "twice the speed, and as far as the wall. They show one motion, disturbed a little, and not what another "
+            "start does: no point is allowed. Draw wider ones."
+        )
+    if (turns := summary["turns"]) is not None:
+        yield (
+            f"THE DRIVE TURNS SLOWER THAN IT IS SET: at the setting at {fmt.value('rotary_speed', turns['drive'])} on "
+            f"average, not {fmt.value('rotary_speed', turns['set'])}. All speeds here are those that are set."
+        )
     if over := summary["off_speed"]:
         yield f"OFF SPEED: {off_speed_words(over)}."
     if faster := summary["outrun"]:

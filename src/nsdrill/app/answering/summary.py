@@ -75,7 +75,8 @@ with deferred():  # they run the model, and the parser is slow to import
 
 # the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "peaks", "trust")
-NOT_CARRIED = -1  # beside the statuses of runs: it ended well, after one in its chain that failed
+NOT_CARRIED, OFF_SPEED = -1, -2  # beside the statuses of runs: how one that ended well is not known
+_NOT_KNOWN = {NOT_CARRIED: "not_carried", OFF_SPEED: "off_speed"}
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
 
@@ -337,30 +338,33 @@ def _counts(name: str, values: np.ndarray, results: Results) -> dict[str, int]:
 
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
-    sweep; ``not_carried`` where a run before them in the chain failed. Where the model
+    sweep; ``not_carried`` where a run before them in the chain failed,
+    ``off_speed`` where the drive is. Where the model
     declares no responses, only those that did not end well."""
     axis = results.swept[0]
     values, named = results.coords[axis], named_in(results.attrs)
     rows, not_carried = [], after_failure(results) & known(results["status"])
+    is_off = known(results["status"]) & ~known_runs(results) & ~not_carried
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
         status = np.where(status == INFERRED, OK, status)
         status = np.where(not_carried[i].ravel(), NOT_CARRIED, status)
+        status = np.where(is_off[i].ravel(), OFF_SPEED, status)
         start = 0
         for end in range(1, len(values) + 1):
             if (
                 end < len(values)
                 and not words_along(axis)
-                and (response[end] == response[start] or status[start] == NOT_CARRIED)
+                and (response[end] == response[start] or status[start] in _NOT_KNOWN)
                 and status[end] == status[start]
             ):
                 continue
             if status[start] == OK and not judges(results):
                 start = end
                 continue
-            if status[start] == NOT_CARRIED:
-                word = "not_carried"
+            if status[start] in _NOT_KNOWN:
+                word = _NOT_KNOWN[int(status[start])]
             else:
                 state = "response" if status[start] == OK else "status"
                 code = int((response if state == "response" else status)[start])

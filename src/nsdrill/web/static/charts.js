@@ -561,7 +561,7 @@ window.nsdrill = (() => {
   // Classes or values over two axes. Values have the colours of the `scale` of a map, by default viridis; those of differences go
   // from violet over white to orange.
   const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
-  const NOT_CARRIED = "not known: a run before it in its chain failed";
+  const NOT_CARRIED = "not known: a run before it in its chain failed, or its drive is off its speed";
   const DIFFERENCES = ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"];
   function shade(scale, part) {
     const at = Math.min(Math.max(part, 0), 1) * (scale.length - 1), i = Math.min(Math.floor(at), scale.length - 2), f = at - i;
