@@ -12,6 +12,7 @@ import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.fitting.ensemble_fit import _adjusted_text, _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
+from nsdrill.figures.measured_overlay import _entries
 
 TRUTH = {"static": 0.45, "dynamic": 0.12}
 STRING = {"model": "torsion", "simulation": {"transient": "60 s", "observe": "60 s"}}
@@ -258,6 +259,12 @@ def test_samples_that_failed_leave_the_intervals_not_known(call):
     assert note["failed"] == 0
     assert "not known" not in told
     assert {one["told"] for one in note["unknowns"]} & {"well", "partly"}
+
+
+def test_the_picture_tells_of_samples_that_failed():
+    labels = ["\n".join(str(one.get_label()) for one in _entries(9.0, failed)) for failed in (3, 0)]
+    assert "NOT KNOWN: 3 samples failed, the truth may lie outside" in labels[0]
+    assert "NOT KNOWN" not in labels[1]
 
 
 PERIODS = "model: torsion\nsimulation: {transient: 20 s, observe: 60 s}\nuncertain:\n"

@@ -99,9 +99,8 @@ class Fit:
         from nsdrill.figures.measured_overlay import draw_fit
 
         note = self.note
-        return draw_fit(
-            note["title"], self.measured, self.prior, self.samples, self.predicted, note["effective"], units
-        )
+        about = note["effective"], note["failed"]
+        return draw_fit(note["title"], self.measured, self.prior, self.samples, self.predicted, *about, units)
 
 
 def fit(
