@@ -12,6 +12,7 @@ import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.fitting.ensemble_fit import _adjusted_text, _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
+from nsdrill.figures.measured_overlay import _entries
 
 TRUTH = {"static": 0.45, "dynamic": 0.12}
 STRING = {"model": "torsion", "simulation": {"transient": "60 s", "observe": "60 s"}}
@@ -222,10 +223,48 @@ def test_the_written_study_tells_of_samples_that_failed():
         _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)
     ]
     assert "NOT KNOWN: 3 of 40 samples failed" in told[0]
+    assert "the truth may lie outside" in told[0].replace("\n# ", " ")
     assert "NOT KNOWN" not in told[1]
     passing = _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": 0, "unsettled": 0.4})
     assert "NOT SETTLED: 40 % of the samples" in passing
     assert "NOT SETTLED" not in told[1]
+
+
+def test_samples_that_failed_leave_the_intervals_not_known(call):
+    """With 6000 steps some samples fail, and the intervals may then leave out the truth, 0.5."""
+    study = """
+    model: torsion
+    operation: {depth: 2000 m, wob: 60 kN}
+    drillstring: {torsional_damping: 25 N*m*s/rad}
+    simulation: {transient: 100 s, observe: 60 s}
+    uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.1, 0.5]}}
+    """
+    Path("study.yaml").write_text(study, encoding="utf-8")
+    Path("field.csv").write_text(
+        "rotary_speed [rad/s], surface_torque_max [N m], surface_torque_min [N m], bit_speed_max [rad/s]\n"
+        "6, 5766.0, -1269.8, 13.065\n10, 2493.4, 1922.1, 10.580\n16, 2537.0, 2136.1, 16.412\n",
+        encoding="utf-8",
+    )
+    fit = ("fit", "study.yaml", "--data", "field.csv", "--batch", "32", "--rounds", "3", "--quiet")
+    cut = (*fit, "--set", "simulation.max_steps=6000")
+    told, note = call(*cut).out, json.loads(call(*cut, "--json").out)
+    assert note["failed"] > 0
+    assert note["beta"] < 1
+    assert {one["told"] for one in note["unknowns"]} <= {"unknown", "not"}
+    assert "too wide" not in told
+    assert "NOT KNOWN, as samples failed" in told
+    assert ": determined" not in told
+    assert "The intervals are not known: they may be too narrow, and the truth may lie outside." in told
+    told, note = call(*fit).out, json.loads(call(*fit, "--json").out)
+    assert note["failed"] == 0
+    assert "not known" not in told
+    assert {one["told"] for one in note["unknowns"]} & {"well", "partly"}
+
+
+def test_the_picture_tells_of_samples_that_failed():
+    labels = ["\n".join(str(one.get_label()) for one in _entries(9.0, failed)) for failed in (3, 0)]
+    assert "NOT KNOWN: 3 samples failed, the truth may lie outside" in labels[0]
+    assert "NOT KNOWN" not in labels[1]
 
 
 PERIODS = "model: torsion\nsimulation: {transient: 20 s, observe: 60 s}\nuncertain:\n"

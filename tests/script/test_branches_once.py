@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.analysis.bifurcations import DOUBLING
+from nsdrill.app.following import continuing
 from nsdrill.models import registry
 
 
@@ -35,6 +36,25 @@ def test_two_branches_that_meet_share_one_point(model):
     assert abs(second[-1] - first[0]) < 0.001
     assert second.max() < 0.911  # and no longer to the fold at 0.9211
     assert np.all(np.diff(data["arclength"].values[data["branch_of_point"].values == 1]) >= 0.0)
+
+
+def test_what_two_branches_have_is_kept_once_too(model, tmp_path, monkeypatch):
+    """Of a branch that ended on another one, and was cut there, only its own points are shown
+    while those that emanate from it are followed into a file."""
+    shown, write = [], continuing.write_branches
+
+    def written(path, *args, **named):
+        shown.append(continuing.branches_kept(continuing.part_path(path)))
+        write(path, *args, **named)
+
+    monkeypatch.setattr(continuing, "write_branches", written)
+    continued = {"omega": (0.5, 2.2), "seeds": [0.6, 2.0], "lobes": [1, 2], "points": 320}
+    study = model.study(continued=continued, transient=300)
+    data = nsdrill.continue_branches(study, tmp_path / "branches.h5", progress=False)
+    (kept,), of = shown, [one["branch_of_point"].values for one in (data, *shown)]
+    assert sum(of[0] > 1) > 0  # a later round than that of the cut
+    for name in ("parameters_omega", "arclength", "label"):
+        assert np.array_equal(kept[name].values[of[1] < 2], data[name].values[of[0] < 2])
 
 
 def test_a_branch_between_two_doublings_is_followed_from_one_of_them(model):

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.page import area_entry, draw_page, freeze_layout, line_entry
 from nsdrill.figures.painters import Page
@@ -114,11 +114,13 @@ def draw_fit(
     samples: Mapping[str, Array],
     predicted: Mapping[str, Array],
     effective: float,
+    failed: int = 0,
     units: str = "si",
 ) -> Figure:
     """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key,
     in SI, and the ``predicted`` values [samples, points] by name beside those
-    ``measured``; ``effective`` is the effective number of samples of the fit."""
+    ``measured``; ``effective`` is the effective number of samples of the fit, and ``failed`` the
+    number of those that failed."""
     check_units(units)
     unknown_rows, names = -(-len(samples) // COLUMNS), [*measured.values]
     rows, with_names = unknown_rows + len(names), measured.points <= MAX_NAMED
@@ -144,7 +146,7 @@ def draw_fit(
     painters = {key: partial(paint_unknown, key) for key in samples}
     painters |= {name: partial(paint_feature, name) for name in names}
     with house_style():
-        page = Page(painters, title, page_width(), height, arrange, lambda panels: _entries(effective), 3)
+        page = Page(painters, title, page_width(), height, arrange, lambda panels: _entries(effective, failed), 3)
         figure, panels = draw_page(page)
         put_legend(figure, page, panels)
         freeze_layout(figure)
@@ -201,10 +203,11 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _entries(effective: float) -> list[Artist]:
+def _entries(effective: float, failed: int) -> list[Artist]:
+    lost = f"\nNOT KNOWN: {count(failed, 'sample')} failed, the truth may lie outside" if failed else ""
     return [
         area_entry(facecolor=GREY, alpha=0.6, label="before: what the study says"),
-        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}"),
+        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}{lost}"),
         line_entry(color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
         area_entry(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
         line_entry(color=BLUE, linewidth=1.0, label="its median"),

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TypedDict
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, END
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Flow, Task, advance
 from nsdrill.orbit.newton import Point
@@ -20,6 +20,7 @@ from nsdrill.orbit.special import LabelledPoint
 from nsdrill.records import dataclass
 
 Key = tuple[int, ...]  # of a branch, by where it sets out
+Stretch = tuple[int, int]  # of a branch: the number of its first point, and that after its last
 _PARTS = 10  # arrays of one point that are stored
 ENDINGS = {
     "from": "the end of the range",
@@ -84,6 +85,20 @@ class Branch:
 
     def __len__(self) -> int:
         return len(self.marked)
+
+    def stretch(self, own: Stretch) -> Branch:
+        """The branch of these points alone; an end that it did not have is labelled so."""
+        first, after = own
+        if own == (0, len(self)):
+            return self
+        offset = self.marked[first].point.s
+        marked = [
+            replace(entry, point=replace(entry.point, s=entry.point.s - offset)) for entry in self.marked[first:after]
+        ]
+        for place, is_cut in ((0, first > 0), (-1, after < len(self))):
+            if is_cut and marked[place].label == 0:
+                marked[place] = replace(marked[place], label=END)
+        return replace(self, marked=marked)
 
 
 class Description(TypedDict):

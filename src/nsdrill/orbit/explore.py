@@ -21,7 +21,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, END, EQUILIBRIUM, FAILED, HOPF, PERIODIC
 from nsdrill.data import Array
 from nsdrill.orbit.arclength import MET, NO_CONVERGENCE, HalfBranch
-from nsdrill.orbit.branch import Branch, Key
+from nsdrill.orbit.branch import Branch, Key, Stretch
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Flow, Task, advance, gather
 from nsdrill.orbit.newton import Point, Problem, corrected
 from nsdrill.orbit.periodic import SEGMENTS, Cycle, Periodic, corotating_rates, segment_starts
@@ -102,6 +102,7 @@ class Explorer:
         self.watch, self.known, self._waves = watch, Known(flow), 0
         self._tried: set[tuple[int, int]] = set()  # branch and special point
         self._ended: dict[Key, Branch] = {}  # of a wave
+        self._own: dict[Key, Stretch] = {}  # of the known branches
         self.seeds = self.open = 0
 
     def run(self, seeds: list[Seed]) -> Found:
@@ -185,8 +186,9 @@ class Explorer:
         tasks = {key: self._side(key, side, halves) for key, side in self.known.sides.items()}
         advance(self.flow, tasks, self.poll, self._watched)
         for one in wave:
-            if self._new([one]) and (branch := self.known.without_repeats(self._ended[one.key])) is not None:
-                self.known.branches.append(branch)
+            if self._new([one]) and (own := self.known.own_points(self._ended[one.key])) is not None:
+                self.known.branches.append(self._ended[one.key].stretch(own))
+                self._own[one.key] = own
         self._ended = {}
 
     def _side(self, key: Key, side: Side, halves: dict[Key, HalfBranch]) -> Task[None]:
@@ -208,10 +210,10 @@ class Explorer:
             self.store(candidate.key, branch)
 
     @property
-    def so_far(self) -> list[Branch]:
-        """The branches that have ended, those of the wave that is followed last; some of
-        these may turn out to be parts of others."""
-        return [*self.known.branches, *self._ended.values()]
+    def so_far(self) -> dict[Key, Stretch]:
+        """The stretches of the branches that have ended, those of the wave that is followed
+        last; some of these may turn out to be parts of others."""
+        return {**self._own, **{key: (0, len(branch)) for key, branch in self._ended.items()}}
 
     def _watched(self, running: Collection[Key]) -> None:
         """Tell how far the branches of a wave are, of which these sides go on."""

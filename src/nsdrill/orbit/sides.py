@@ -9,10 +9,10 @@ from functools import partial
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, DOUBLING, END, OWN, PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, DOUBLING, OWN, PERIODIC
 from nsdrill.data import Array
 from nsdrill.orbit.arclength import HALF, KNOWN, LEAP, MAX_STEP, MET, NO_CONVERGENCE, SHORTER, HalfBranch, Rules, follow
-from nsdrill.orbit.branch import Branch, Key, Track
+from nsdrill.orbit.branch import Branch, Key, Stretch, Track
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Legs, Task
 from nsdrill.orbit.newton import Point, Problem, corrected, corrected_at_parameter, parameter_normal
@@ -148,26 +148,20 @@ class Known:
             self._of_branches[number] = Line(line, orbits)
         return self._of_branches[number]
 
-    def without_repeats(self, branch: Branch) -> Branch | None:
-        """A branch without the points at its ends that a known one has too: it ended where it
-        met that one, which went on over them, and may have ended within. None where nothing
-        else remains, or only points near its parent, where it was not compared."""
-        marked = branch.marked
+    def own_points(self, branch: Branch) -> Stretch | None:
+        """The stretch of a branch without the points at its ends that a known one has too: it
+        ended where it met that one, which went on over them, and may have ended within. None
+        where nothing else remains, or only points near its parent, where it was not compared."""
+        first, after = 0, len(branch)
         for place, ended in enumerate(branch.ended):
             if ended == KNOWN:
-                inwards = marked if place == 0 else marked[::-1]
+                marked = branch.marked[first:after]
                 # the last one stays, as the point that both have
-                rest = inwards[max(self._repeats(branch, inwards) - 1, 0) :]
-                if rest[0].label == 0:
-                    rest = [replace(rest[0], label=END), *rest[1:]]
-                marked = rest if place == 0 else rest[::-1]
-        if len(marked) == len(branch.marked):
-            return branch
-        if len(marked) <= (NEAR_PARENT if branch.parent >= 0 else 1):
+                repeats = max(self._repeats(branch, marked if place == 0 else marked[::-1]) - 1, 0)
+                first, after = (first + repeats, after) if place == 0 else (first, after - repeats)
+        if after - first < len(branch) and after - first <= (NEAR_PARENT if branch.parent >= 0 else 1):
             return None
-        offset = marked[0].point.s
-        shifted = [replace(entry, point=replace(entry.point, s=entry.point.s - offset)) for entry in marked]
-        return replace(branch, marked=shifted)
+        return first, after
 
     def _repeats(self, branch: Branch, inwards: list[LabelledPoint]) -> int:
         """How many points of a branch, from an end on, lie on one known branch, along which

@@ -211,7 +211,12 @@ def _unknown_lines(summary: Answer, units: str) -> Iterator[str]:
         yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
 
 
-INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
+INFORMATION_WORDS = {
+    "well": "determined",
+    "partly": "partly determined",
+    "not": "NOT DETERMINED by these data",
+    "unknown": "NOT KNOWN, as samples failed",
+}
 
 
 def _feature_lines(summary: Answer, units: str) -> Iterator[str]:
@@ -242,7 +247,8 @@ def verdicts(summary: Answer) -> Iterator[str]:
     if not is_finished:
         yield (
             f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"
-            f"{' and too wide' if summary['beta'] < 1 else ''}. Give more with --rounds or --batch."
+            f"{' and too wide' if summary['beta'] < 1 and not summary['failed'] else ''}. Give more with --rounds or "
+            "--batch."
         )
     if not is_settled:
         best = "" if summary["best_settled"] else " the best one among them,"
@@ -254,7 +260,8 @@ def verdicts(summary: Answer) -> Iterator[str]:
     if failed := summary["failed"]:
         yield (
             f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
-            "unknowns that make runs fail are left out of the intervals. Run with a larger simulation.max_steps."
+            "unknowns that make runs fail are left out. The intervals are not known: they may be too narrow, and the "
+            "truth may lie outside. Run with a larger simulation.max_steps."
         )
     for name, number in summary["undefined"].items():
         yield (
@@ -287,13 +294,15 @@ def verdicts(summary: Answer) -> Iterator[str]:
             f"{summary['misfit'] ** 0.5:.2g} times the errors (probability {summary['chance']:.1g}), most in {worst}. "
             "The intervals above then mean little."
         )
-        if is_finished and is_settled:
+        if is_finished and is_settled and not failed:
             yield (
                 f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by {off} "
                 "Doubt the errors, the other numbers of the study, or the model."
             )
         else:
             first = " and ".join(
-                ["finish the search"] * (not is_finished) + ["let the motions settle"] * (not is_settled)
+                ["finish the search"] * (not is_finished)
+                + ["let the motions settle"] * (not is_settled)
+                + ["let no sample fail"] * bool(failed)
             )
             yield f"NO RUN SO FAR GIVES THESE DATA: the best is off by {off} First {first}."

@@ -99,9 +99,8 @@ class Fit:
         from nsdrill.figures.measured_overlay import draw_fit
 
         note = self.note
-        return draw_fit(
-            note["title"], self.measured, self.prior, self.samples, self.predicted, note["effective"], units
-        )
+        about = note["effective"], note["failed"]
+        return draw_fit(note["title"], self.measured, self.prior, self.samples, self.predicted, *about, units)
 
 
 def fit(
@@ -164,6 +163,8 @@ def fit(
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _fit_summary(study, measured, keys, fitted, by_name)
     note |= _not_known(measured, fitted, all_found, note["left_out"])
+    if note["failed"]:
+        note["unknowns"] = _without_credit(note["unknowns"])
     note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
@@ -341,6 +342,12 @@ def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior
     return unknowns
 
 
+def _without_credit(unknowns: list[Answer]) -> list[Answer]:
+    """What the data tell of each unknown where samples failed: that it is determined is not
+    known, as those that failed may agree with the data better than all others."""
+    return [row if row["told"] == "not" else row | {"told": "unknown"} for row in unknowns]
+
+
 def _fit_summary(
     study: Study, measured: Measured, keys: dict[str, Numbers], fitted: Posterior, predicted: dict[str, Array]
 ) -> Answer:
@@ -454,7 +461,10 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
     source = study.source or "a study"
-    failed = f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight."
+    failed = (
+        f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight, and the truth may lie "
+        "outside."
+    )
     without = [
         f"WITHOUT {name}: {number} of {note['samples']} samples; they have no weight."
         for name, number in note["undefined"].items()

@@ -134,8 +134,8 @@ def _followed(
         branches[key] = branch
         kept = f"{count(len(branches), 'branch')}, {count(sum(map(len, branches.values())), 'point')}"
         if part is not None:
-            numbers = {id(one): number for number, one in enumerate(branches.values())}
-            shown = [numbers[id(one)] for one in explorer.so_far]
+            numbers = {one: number for number, one in enumerate(branches)}
+            shown = [(numbers[one], own) for one, own in explorer.so_far.items()]
             arrays, descriptions = to_arrays(branches)
             done = {"open": explorer.open, "seeds": explorer.seeds, "shown": shown}
             part.write(digest, {"branches": descriptions, **done, **_origin(setup.study)}, arrays, kept)
@@ -184,7 +184,7 @@ def branches_kept(path: str | os.PathLike[str]) -> Dataset | None:
         study_from_resolved(study["resolved"], study["text"], study["source"], study["overrides"])
     )
     kept = [*from_arrays(arrays, data["branches"]).values()]
-    found = Found([kept[number] for number in data["shown"]], [])
+    found = Found([kept[number].stretch((first, after)) for number, (first, after) in data["shown"]], [])
     words = (
         f"unfinished: {count(len(found.branches), 'branch')} so far, "
         f"{data['open']} of {count(data['seeds'], 'seed')} still to follow or to place"
