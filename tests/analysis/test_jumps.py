@@ -241,3 +241,12 @@ def test_a_narrow_hint_above_such_a_step_says_so_in_its_sentence():
     assert window["answer"].narrow
     assert "steps of 10 rpm may jump across whirl at 59 to 68 rpm" in words_of(window, "field").sentence()
     assert window["jumped_points"] > 0
+
+
+@pytest.mark.parametrize(("untold", "told"), [(0, False), (1, True)])
+def test_steps_are_told_of_where_the_model_does_not_tell_at_which_speeds_its_bit_bounces(untold, told):
+    found = results(FINE, "." * len(FINE), jumped=False)
+    window = find_window(replace(found, attrs={**found.attrs, "model": "segments", "lasting_untold": untold}))
+    assert window["bounce_untold"] == (pytest.approx(21 * RPM) if told else None)
+    words = "AT WHICH SPEEDS THE BIT BOUNCES is not known of segments: steps of up to 21 rpm may jump across some."
+    assert any(one.startswith(words) for one in warnings(window, "field")) == told

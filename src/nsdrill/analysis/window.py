@@ -24,7 +24,7 @@ from nsdrill.analysis.counts import (
     too_small,
 )
 from nsdrill.analysis.graded import drilled_runs, graded
-from nsdrill.analysis.grades import driven_by_mud, lasting, spread_of
+from nsdrill.analysis.grades import BOUNCE, driven_by_mud, lasting, spread_of
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
@@ -44,6 +44,7 @@ from nsdrill.data import (
     FEW,
     GUESSED_SCALES,
     LASTING_MOTIONS,
+    LASTING_UNTOLD,
     LUMPED_STRING,
     PULSES,
     SHORT,
@@ -62,7 +63,7 @@ from nsdrill.data import (
 from nsdrill.errors import option
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.in_force import moved_thresholds
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
@@ -139,6 +140,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "runs": int(results["status"].size),
         "after_failure": after,
         "beyond": beyond(results),
+        "bounce_untold": _bounce_untold(results),
         "turns": _slower(maps, found),
         "spread": spread_of(results),
         "off_speed": runs_off_speed(results),
@@ -353,6 +355,15 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
         if milder.kind not in NO_POINT:
             return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(maps, milder))}
     return None
+
+
+def _bounce_untold(results: Results) -> float | None:
+    """The greatest step of the speed [rad/s], where the model does not tell at which speeds its
+    bit bounces; None where it tells, has no bounce, or the speed is not swept."""
+    is_untold = int(results.attrs.get(LASTING_UNTOLD, 0)) and BOUNCE in responses_in(results.attrs)
+    if not is_untold or "rotary_speed" not in results.swept:
+        return None
+    return float(np.diff(results.coords["rotary_speed"]).max())
 
 
 def _slower(maps: Classes, answer: Advice) -> Answer | None:

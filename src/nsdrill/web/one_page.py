@@ -642,7 +642,7 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 
 def _of_model(one: Sheet) -> list[str]:
     """What the model leaves out of the string, which the page always tells."""
-    return [*of_unmodelled(one.window), *of_drag(one.window), *of_lumped(one.window, one.units)]
+    return [*of_unmodelled(one.window, one.fmt), *of_drag(one.window), *of_lumped(one.window, one.units)]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

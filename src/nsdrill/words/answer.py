@@ -226,7 +226,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from _of_tolerance(summary)
     yield from _of_peaks(summary)
     yield from _of_cutting(summary, units)
-    yield from of_unmodelled(summary)
+    yield from of_unmodelled(summary, fmt)
     yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
@@ -413,11 +413,18 @@ def _of_frozen(summary: Answer) -> Iterator[str]:
         yield f"FROZEN MOTION: the study has no {' and no '.join(frozen)} motion, so that {missed} cannot be seen."
 
 
-def of_unmodelled(summary: Answer) -> Iterator[str]:
-    """The vibrations of a string that its model cannot show."""
+def of_unmodelled(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """The vibrations of a string that its model cannot show, or shows at speeds that it does not
+    tell."""
     if names := summary["not_in_model"]:
         missing = " and no ".join(RESPONSES[name].words for name in names)
         yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so that none was looked for."
+    if (step := summary["bounce_untold"]) is not None:
+        yield (
+            f"AT WHICH SPEEDS THE BIT BOUNCES is not known of {summary['model']}: steps of up to "
+            f"{fmt.value('rotary_speed', step)} may jump across some. What is free on both sides need not be between; "
+            "make them smaller."
+        )
 
 
 def headlines(summary: Answer, units: str) -> list[str]:
