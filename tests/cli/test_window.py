@@ -57,7 +57,7 @@ def test_the_numbers_are_told_when_they_are_asked_for():
 def test_the_note_in_field_units():
     text = note("field")
     # 30 kN / 4.448 kN/klbf = 6.744; 3 rad/s = 28.65 rpm; 5000 m = 16404 ft
-    assert "Run at 7 klbf and 29 rpm: " in text
+    assert "Run at 6.5 klbf and 29 rpm: " in text
     assert "At 16404 ft" in text
     assert "rad/s" not in text
     assert "kN" not in text

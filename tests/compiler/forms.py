@@ -872,7 +872,7 @@ def keeps_a_value(s, k):
     return s.x + (before if before is not None else 0.0)
 
 
-@refused("read again")
+@refused("read anew")
 def random_number(s, k):
     return random.random() * s.x
 
