@@ -101,9 +101,17 @@ def json_text(data: object, indent: int | None = None) -> str:
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
+_LEAVES = (str, bool, int, type(None))
+
+
 def _plain(data: object) -> object:
-    if isinstance(data, dict):
-        return {str(name): _plain(value) for name, value in data.items()}
+    if isinstance(data, dict):  # most of a study is plain, and needs no call each
+        return {
+            str(name): value
+            if type(value) in _LEAVES or (type(value) is float and math.isfinite(value))
+            else _plain(value)
+            for name, value in data.items()
+        }
     if isinstance(data, np.ndarray | np.generic):
         # one look at many numbers, such as those of a log
         is_finite = data.dtype.kind == "f" and bool(np.isfinite(data).all())

@@ -452,7 +452,7 @@ def test_steps_of_changes_do_not_jump_across_the_wall():
     jump = Jump("rotary_speed", jumped["from"], jumped["to"], jumped["enough"], jumped["step"], "whirl")
     free = replace(remedies.AS_IT_IS, free=((speeds[0], speeds[-1]),), room=2.0, jump=jump)
     row = list(trial_words.lines(Trials(changes=(free,)), "rotary_speed", trial_words.Formatter("field")))[1]
-    assert "; steps of 6.667 rpm may jump across whirl at " in row
+    assert "; steps of 6.7 rpm may jump across whirl at " in row
 
 
 def test_the_string_as_it_is_does_what_the_map_shows(tmp_path, monkeypatch):

@@ -367,5 +367,5 @@ def test_a_comparison_is_measured_as_1_or_0(script):
     ],
 )
 def test_what_is_another_one_each_time_is_refused(script, text):
-    with pytest.raises(nsdrill.NsdrillError, match=r"timed.py, line 9: f: found other equations when they were read"):
+    with pytest.raises(nsdrill.NsdrillError, match=r"timed.py, line 11: f: random.random\(\): found what is read anew"):
         script(f"import random\n\n\n{text}", "timed")

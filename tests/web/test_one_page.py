@@ -255,7 +255,7 @@ def of_wall(low_side: str | None = None, ends: tuple[float, float | None] | None
         ({}, "not known at which speeds off bottom the collar reaches the wall"),
         (of_wall(), "none off bottom the collar reaches the wall at no speed that is known"),
         (of_wall(ends=(7.0, 7.3)), "66 to 70 rpm off bottom the collar reaches the wall"),
-        (of_wall(ends=(7.0, None)), "above 66.85 rpm off bottom the collar reaches the wall"),
+        (of_wall(ends=(7.0, None)), "above 66.8 rpm off bottom the collar reaches the wall"),
         (of_wall("everywhere"), "at every speed the collar lies on the low side of the hole"),
     ],
 )

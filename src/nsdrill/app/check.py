@@ -319,7 +319,10 @@ def of_scales(study: Study, points: Sequence[Values] = ()) -> list[str]:
     found = [f"Guess: {guessed_words(model.guessed)}."] if model.guessed else []
     rtol = study.simulation.rtol
     moved = [
-        max(2.0 * greatest / (rtol * (model.scale[name] + greatest)) for name, greatest in model.reach(at).items())
+        max(
+            (2.0 * greatest / (rtol * (model.scale[name] + greatest)) for name, greatest in model.reach(at).items()),
+            default=0.0,
+        )
         for at in points or _corners(study)[:TRIALS]
     ]
     if small := [one for one in moved if 0.0 < one < TOLERANCES]:

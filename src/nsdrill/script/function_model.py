@@ -13,6 +13,7 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.consequences import Consequences
 from nsdrill.equations.jumps import jumps_in, probes_around
+from nsdrill.errors import InputError
 from nsdrill.models.base import Model
 from nsdrill.models.operation import ModelParameters, Numeric, Values
 from nsdrill.models.own_quantities import power_of_two
@@ -81,10 +82,14 @@ class FunctionModel(Model[ModelParameters]):
 
     def reach(self, points: Values[ModelParameters]) -> dict[str, float]:
         """How far from zero each state comes in a trial with the numbers and from the start of
-        one point; of a motion that is forced, late in it."""
+        one point; of a motion that is forced, late in it. Empty where the function refuses what
+        it reaches, as a normal load below 0, which runs tell of."""
         start = {name: float(getattr(points.initial, name)) for name in self.reading.signature.start}
         numbers = {name: float(value) for name, value in self.numbers(points).items()}
-        trial = trial_of(self.reading, self.slowest, numbers, start)
+        try:
+            trial = trial_of(self.reading, self.slowest, numbers, start)
+        except InputError:
+            return {}
         reached = trial.last if self.reading.forcing is not None else trial.greatest
         return dict(zip(start, reached.tolist(), strict=True))
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.errors import InputError
 from nsdrill.models.own_quantities import RESTING, power_of_two
 from nsdrill.records import dataclass
 from nsdrill.script.reading import Reading
@@ -57,7 +59,8 @@ def natural_scales(reading: Reading, rate: float) -> Scales:
         numbers = _numbers(reading.signature.parameters), _numbers(start)
         trial = trial_of(reading, rate, *numbers)
         if trial.grow.any():  # it may only be slow to reach its size
-            trial = trial_of(reading, rate, *numbers, longer=LONGER)
+            with suppress(InputError):  # what only a longer motion reaches is judged in runs
+                trial = trial_of(reading, rate, *numbers, longer=LONGER)
         greatest = dict(zip(start, np.where(trial.grow, trial.at_first, trial.greatest).tolist(), strict=True))
         greatest |= {name: min(greatest[name], math.pi) for name in reading.angles}  # whether it turns or not
         growing = {name for name, grows in zip(start, trial.grow, strict=True) if grows and name not in found}
