@@ -297,7 +297,7 @@ def test_every_variable_that_is_read_is_documented():
 def test_no_variable_is_read_in_a_way_that_the_test_does_not_see():
     for path in Path(nsdrill.__file__).parent.rglob("*.py"):
         for line in path.read_text(encoding="utf-8").splitlines():
-            if re.search(r"\b(environ|getenv)\b", line):
+            if re.search(r"\benviron\b|\bgetenv\(", line):  # a function that is named reads nothing
                 assert READ.search(line), f"{path.name}: {line.strip()}"
 
 

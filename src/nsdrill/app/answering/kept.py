@@ -44,8 +44,12 @@ def kept(what: str, results: Results, asked: object, find: Callable[[], T]) -> T
 
 
 def _plain(found: object) -> object:
-    """Data without numbers of numpy, with lists for tuples."""
-    return json.loads(json.dumps(found, default=lambda one: one.item()))
+    """Data without numbers of numpy."""
+    if isinstance(found, dict):
+        return {name: _plain(value) for name, value in found.items()}
+    if isinstance(found, list | tuple):
+        return type(found)(map(_plain, found))
+    return found.item() if isinstance(found, np.generic) else found
 
 
 def _parts(what: str, results: Results, asked: object) -> Iterator[bytes]:
