@@ -31,8 +31,9 @@ from nsdrill.analysis.untried import (
     between_gaps,
     data_of_jump,
     first_on_the_way,
+    gaps_of,
     jumps_of,
-    past_gaps,
+    past,
     without_jumps,
 )
 from nsdrill.data import Answer, Array
@@ -382,8 +383,8 @@ def best_of(maps: Graded, number: int) -> Choice | None:
     reached = ran & ~unreached(maps, number)
     above = begun_above(maps, number)
     tiers = [(reached & ~above, (Room.RUN,)), (reached, tuple(Room))]
-    if (past := past_gaps(maps, number)).any():
-        tiers.insert(0, (reached & ~above & ~past, (Room.RUN,)))
+    if (beyond := past(maps, gaps_of(maps.results))[number]).any():
+        tiers.insert(0, (reached & ~above & ~beyond, (Room.RUN,)))
     for candidates, enough in tiers:
         found = _best_among(maps, number, candidates)
         if found is not None and found.how in enough:

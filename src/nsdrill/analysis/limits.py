@@ -10,7 +10,7 @@ from nsdrill.analysis.advice import names_of, sticks_to
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
-from nsdrill.analysis.untried import first_on_the_way, jumps_of
+from nsdrill.analysis.untried import jumps_of, past
 from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import STICK_SLIP, WHIRL
@@ -31,12 +31,9 @@ class Step:
     """Of stick-slip whether it is its end: not where the runs alone tell it and another vibration took its place."""
 
 
-def past_jumps(maps: Graded, number: int, row: int) -> Array:
-    """Which allowed points of a row [third, y] are brought up by steps that may jump across a vibration, or a gap."""
-    jumps, found = jumps_of(maps), maps.allowed[number, row] & ~started_only(maps, number, row)
-    cells = ((number, row, column) for column in range(len(found)))
-    past = [bool(on) and first_on_the_way(maps, jumps, cell) is not None for on, cell in zip(found, cells, strict=True)]
-    return np.asarray(past, dtype=bool)
+def past_jumps(maps: Graded) -> Array:
+    """Which allowed points, bool [third, y, x], are brought up by steps that may jump across a vibration, or a gap."""
+    return np.asarray(maps.allowed & ~started_only(maps) & past(maps, jumps_of(maps)))
 
 
 @dataclass(frozen=True)
@@ -98,10 +95,10 @@ def _others(maps: Graded, number: int, row: int) -> Array:
     return np.asarray(np.bitwise_or.reduce(maps.bits[:, number, row], axis=(0, -1)))
 
 
-def started_only(maps: Graded, number: int, row: int) -> Array:
-    """Which allowed points of a row [third, y] are free from a start at the point alone, where the
+def started_only(maps: Graded) -> Array:
+    """Which allowed points, bool [third, y, x], are free from a start at the point alone, where the
     others are brought up."""
-    found = maps.allowed[number, row] & (maps.grade[number, row] == Grade.FROM_START)
+    found = maps.allowed & (maps.grade == Grade.FROM_START)
     return np.asarray(found if "up" in maps.ways else np.zeros_like(found))
 
 
@@ -113,7 +110,7 @@ def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
-    reached = maps.allowed[number, row] & ~started_only(maps, number, row)
+    reached = maps.allowed[number, row] & ~started_only(maps)[number, row]
     if reached[begin:].any():
         begin += int(np.flatnonzero(reached[begin:])[0])
     is_beyond = ~reached

@@ -4,6 +4,8 @@ not brought up through them: the way up was not tried there."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nsdrill.analysis.chains import SLACK, chain_of
@@ -54,8 +56,7 @@ def gaps_of(results: Results) -> list[Jump]:
     sweep, found = resolved_study(results.attrs).get("sweep", {}), []
     listed = {dimension_of(key) for key, given in sweep.items() if isinstance(given, list)}
     for axis in results.swept:
-        values = _chained(results, axis)
-        if axis not in listed or words_along(axis) or len(values) < 3:
+        if axis not in listed or words_along(axis) or len(values := _chained(results, axis)) < 3:
             continue
         steps = np.diff(values)
         beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
@@ -67,19 +68,20 @@ def gaps_of(results: Results) -> list[Jump]:
     return found
 
 
-def first_on_the_way(maps: Graded, jumps: tuple[Jump, ...], cell: Cell) -> Jump | None:
+def first_on_the_way(maps: Graded, jumps: Sequence[Jump], cell: Cell) -> Jump | None:
     """The first step that may jump on the way up to a cell; None where none does."""
+    return next((jump for jump in jumps if _passed(maps, jump)[cell]), None)
+
+
+def past(maps: Graded, jumps: Sequence[Jump]) -> Array:
+    """Which points, bool [third, y, x], are brought up past a step that may jump."""
+    found = np.zeros(maps.grade.shape, dtype=bool)
     for jump in jumps:
-        if jump.axis != maps.along or "up" not in maps.ways:
-            continue
-        place = _axis(maps, jump)
-        value = maps.results.held[jump.axis] if place is None else float(maps.values(jump.axis)[cell[place]])
-        if np.any(_wide(maps, jump)[:, 1] <= value + SLACK * abs(value)):
-            return jump
-    return None
+        found |= _passed(maps, jump)
+    return found
 
 
-def without_jumps(maps: Graded, jumps: tuple[Jump, ...], cell: Cell) -> Array:
+def without_jumps(maps: Graded, jumps: Sequence[Jump], cell: Cell) -> Array:
     """The points, bool [third, y, x], between which and a cell no step may jump."""
     found = np.ones(maps.grade.shape, dtype=bool)
     for jump in jumps:
@@ -98,19 +100,6 @@ def between_gaps(maps: Graded) -> list[Array]:
             side = along_axis(_sides(maps, gap), (maps.y, maps.x).index(gap.axis), 2)
             parts = [part & (side == one) for part in parts for one in np.unique(side)]
     return parts
-
-
-def past_gaps(maps: Graded, number: int) -> Array:
-    """Which points of a map, bool [y, x], were brought up past a gap."""
-    found = np.zeros(maps.grade.shape[1:], dtype=bool)
-    for gap in gaps_of(maps.results):
-        if gap.axis != maps.along or "up" not in maps.ways:
-            continue
-        if gap.axis in (maps.y, maps.x):
-            found = found | (along_axis(_sides(maps, gap), (maps.y, maps.x).index(gap.axis), 2) > 0)
-        elif gap.axis == maps.third:
-            found |= bool(_sides(maps, gap)[number] > 0)
-    return found
 
 
 def stretches_run(maps: Graded, chosen: Array) -> list[tuple[int, int]]:
@@ -138,6 +127,16 @@ def data_of_jump(jump: Jump) -> Answer:
     }
 
 
+def _passed(maps: Graded, jump: Jump) -> Array:
+    """Which points, bool [third, y, x], are brought up past the steps of one jump."""
+    if jump.axis != maps.along or "up" not in maps.ways:
+        return np.zeros(maps.grade.shape, dtype=bool)
+    place = _axis(maps, jump)
+    if place is None:
+        return np.full(maps.grade.shape, _below(maps, jump, np.array([maps.results.held[jump.axis]]))[0] > 0)
+    return np.broadcast_to(along_axis(_sides(maps, jump) > 0, place), maps.grade.shape)
+
+
 def _axis(maps: Graded, jump: Jump) -> int | None:
     """At which place of a cell its axis is; None where that is not swept."""
     axes = (maps.third, maps.y, maps.x)
@@ -146,7 +145,11 @@ def _axis(maps: Graded, jump: Jump) -> int | None:
 
 def _sides(maps: Graded, jump: Jump) -> Array:
     """How many steps that may jump lie below each value of its axis."""
-    values = maps.values(jump.axis)
+    return _below(maps, jump, maps.values(jump.axis))
+
+
+def _below(maps: Graded, jump: Jump, values: Array) -> Array:
+    """The same of any ``values``."""
     return np.searchsorted(_wide(maps, jump)[:, 1], values + SLACK * np.abs(values), side="right")
 
 

@@ -548,8 +548,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
 def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
     """What the mark of the table means: across what the steps of the maps may jump."""
     for one, name in zip(sheets, names, strict=True):
-        rows = range(one.maps.grade.shape[1])
-        if any(past_jumps(one.maps, one.plane, row).any() for row in rows):
+        if past_jumps(one.maps)[one.plane].any():
             told = " and ".join(dict.fromkeys(one.orders.over(jump) for jump in jumps_of(one.maps)))
             text = f"not known to be free when brought up: {told}"
             yield f"{name}: {text}" if len(sheets) > 1 else text
@@ -597,8 +596,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = (one.fmt.inwards(maps.x, *values[[first, last]]) for first, last in stretches_run(maps, chosen))
         return ", ".join(" to ".join(dict.fromkeys(one.fmt.number(maps.x, end) for end in pair)) for pair in ends)
 
-    quick = started_only(maps, number, row)
-    past = past_jumps(maps, number, row)
+    quick = started_only(maps)[number, row]
+    past = past_jumps(maps)[number, row]
     parts = [spans(maps.allowed[number, row] & ~quick & ~past)]
     if past.any():
         parts.append(f"{JUMPED} {spans(past)}")

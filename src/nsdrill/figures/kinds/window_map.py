@@ -122,9 +122,7 @@ class Window:
         self.maps = classes(results, severity, self.numbers["confidence"])
         self.codes, self.zones = codes_of(self.maps.grades), zones(self.maps.grades, severity)
         self.lowered = lowered(self.maps.grades)
-        grades = self.maps.grades
-        rows = [[past_jumps(grades, number, row) for row in range(len(one))] for number, one in enumerate(grades.grade)]
-        self.jumped: Array = np.array(rows)
+        self.jumped = past_jumps(self.maps.grades)
         self.plane = Plane(results, self.maps.x, self.maps.y, units)
 
     @property
