@@ -98,20 +98,15 @@ def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
 def json_text(data: object, indent: int | None = None) -> str:
     """JSON of plain data and numpy values; null where a number is not finite, which
     JSON cannot represent."""
-    return json.dumps(_plain(data), indent=indent, allow_nan=False)
-
-
-_LEAVES = (str, bool, int, type(None))
+    try:
+        return json.dumps(data, indent=indent, allow_nan=False)
+    except (TypeError, ValueError):  # not all of it is plain and finite
+        return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
 def _plain(data: object) -> object:
-    if isinstance(data, dict):  # most of a study is plain, and needs no call each
-        return {
-            str(name): value
-            if type(value) in _LEAVES or (type(value) is float and math.isfinite(value))
-            else _plain(value)
-            for name, value in data.items()
-        }
+    if isinstance(data, dict):
+        return {str(name): _plain(value) for name, value in data.items()}
     if isinstance(data, np.ndarray | np.generic):
         # one look at many numbers, such as those of a log
         is_finite = data.dtype.kind == "f" and bool(np.isfinite(data).all())

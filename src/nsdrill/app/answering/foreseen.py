@@ -70,18 +70,18 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     except NsdrillError as error:
         unread = str(error) if results.attrs.get("study_resolved") else ""
     else:
+        part = study_of_part(study, results)
         with suppress(NsdrillError):
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
             untold = not tells_what_lasts(study)
-            part = study_of_part(study, results)
             short = short_observation(_where_drilled(part, results))
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
-            of_string = string_by_depth(study_of_part(study, results))
-            lumped = lumped_string(study_of_part(study, results))
-            wall = wall_off_bottom(study_of_part(study, results))
+            of_string = string_by_depth(part)
+            lumped = lumped_string(part)
+            wall = wall_off_bottom(part)
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     with suppress(NsdrillError):

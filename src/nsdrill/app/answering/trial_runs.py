@@ -251,9 +251,7 @@ class Bench:
                 "rotary_speed": ((0.0, speed), (ramp, there), (ramp + PAUSE, there), (2 * ramp + PAUSE, speed))
             }
             found.append(Plan(name, Way.EXCURSION, knots, state=state, there=there))
-        above = self.off_bottom
-        lifted = {"wob": ((0.0, wob), (PAUSE, above), (2 * PAUSE, above), (2 * PAUSE + self._lowered(TAG), wob))}
-        found.append(Plan(TAGGED, Way.EXCURSION, lifted, state=state))
+        found.append(Plan(TAGGED, Way.EXCURSION, {"wob": self._tag(0.0, wob)}, state=state))
         for there, weight in self.corners:
             moved: Knots = {"wob": ((0.0, wob), (SET_DOWN[0], weight))}
             if there != speed:
@@ -264,22 +262,18 @@ class Bench:
             found += [self._held_in(*corner) for corner in self.corners]
         return found + [Plan(name, Way.KNOCK, {}, state=knocked) for name, knocked in self.knocks(state)]
 
+    def _tag(self, begin: float, weight: float) -> tuple[tuple[float, float], ...]:
+        """The weight from ``begin`` on of a bit that is picked up, held off bottom and set down again."""
+        above, lowered = self.off_bottom, begin + 2 * PAUSE
+        return (begin, weight), (begin + PAUSE, above), (lowered, above), (lowered + self._lowered(TAG, weight), weight)
+
     def _tagged_in(self, there: float, weight: float, state: Array) -> Plan:
         """A pick up and tag in a corner, to which the string goes as in the trial of that."""
-        above, speed = self.off_bottom, self.point.rotary_speed
+        speed = self.point.rotary_speed
         come = max(abs(there - speed) / EXCURSION_RATE, SET_DOWN[0])
-        lift = come + PAUSE
-        lowered = self._lowered(TAG, weight)
         knots: Knots = {
             "rotary_speed": ((0.0, speed), (come, there)),
-            "wob": (
-                (0.0, self.point.wob),
-                (SET_DOWN[0], weight),
-                (lift, weight),
-                (lift + PAUSE, above),
-                (lift + 2 * PAUSE, above),
-                (lift + 2 * PAUSE + lowered, weight),
-            ),
+            "wob": ((0.0, self.point.wob), (SET_DOWN[0], weight), *self._tag(come + PAUSE, weight)),
         }
         return Plan(TAGGED_IN_CORNER, Way.CORNER, knots, state=state)
 
