@@ -20,7 +20,7 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
-    from nsdrill.analysis import counts
+    from nsdrill.analysis import counts, doubts
     from nsdrill.app.check import unread_numbers
     from nsdrill.app.running import run as running
     from nsdrill.models.registry import model_in
@@ -48,7 +48,7 @@ def _of_run(found: RunResult | Results) -> Dataset:
         of = count(data["status"].size, "point")
         text = f"{failed} of {of} failed; status says which and how, and nsdrill.show lists them."
         warn(text, RunWarning)
-    for note in found.notes if isinstance(found, running.RunResult) else counts.notes_of_run(found):
+    for note in found.notes if isinstance(found, running.RunResult) else doubts.notes_of_run(found):
         warn(note, RunWarning)
     if unread := unread_numbers(model_in(data.attrs)):
         warn(unread, RunWarning)

@@ -12,7 +12,7 @@ them, the next run began at the start of the study, and so their history is anot
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -346,28 +346,6 @@ def off_speed_words(found: Answer) -> str:
         "is not what its setting does, and where it shows no response it is not known. Run with a longer "
         "simulation.transient, or stop the rotation before a change of setting (sweep.procedure: up or same)"
     )
-
-
-def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
-    """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
-    return ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(attrs))
-
-
-def notes_of_run(results: Results) -> Iterator[str]:
-    """What makes numbers of these results wrong, or not those of their setting, in sentences:
-    one list for the end of a run on the command line and for the warnings in Python."""
-    if far := beyond(results):
-        yield f"BEYOND the validity of the model: {beyond_words(far, results['status'].size)}."
-    if back := turned_back(results):
-        yield f"TURNED BACK: {turned_back_words(back)}."
-    if over := runs_off_speed(results):
-        yield f"OFF SPEED: {off_speed_words(over)}."
-    if faster := outrun(results):
-        yield f"TOO FAST for the steps: {outrun_words(faster)}."
-    if driven := driving(results):
-        yield f"FRICTION DRIVES: {driving_words(driven)}."
-    if smaller := too_small(results):
-        yield f"TOO SMALL for the tolerance: {too_small_words(smaller)}."
 
 
 def knowledge(status: Array, is_known: Array) -> Array:

@@ -11,18 +11,8 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import (
-    OFF_SPEED,
-    TOP_SPEED,
-    after_failure,
-    beyond,
-    driving,
-    guessed_scales,
-    known,
-    outrun,
-    runs_off_speed,
-    too_small,
-)
+from nsdrill.analysis.counts import OFF_SPEED, TOP_SPEED, after_failure, beyond, known
+from nsdrill.analysis.doubts import doubts_in
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import BOUNCE, driven_by_mud, lasting, spread_of
 from nsdrill.analysis.histories import Grade, is_allowed
@@ -42,7 +32,6 @@ from nsdrill.data import (
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
-    GUESSED_SCALES,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
     LUMPED_STRING,
@@ -108,7 +97,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "depth": _over_depth(maps),
         "stick_slip": _stick_slip(maps),
         "stuck_through": _stuck_through(maps, found.cell),
-        "jumped_points": _jumped_points(maps),
+        "jumped_points": int(np.count_nonzero(past_jumps(maps.grades))),
         "wall_off_bottom": wall_off_bottom(results.attrs),
     }
     # to look for words takes the descriptions of all models
@@ -143,11 +132,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "bounce_untold": _bounce_untold(results),
         "turns": _slower(maps, found),
         "spread": spread_of(results),
-        "off_speed": runs_off_speed(results),
-        "outrun": outrun(results),
-        "driving": driving(results),
-        "too_small": too_small(results),
-        GUESSED_SCALES: guessed_scales(results.attrs),
+        **doubts_in(results),
         "undecided_runs": max(others - after - inferred, 0),
         **counts,
         "failed_points": int(np.count_nonzero(maps.failed)),
@@ -297,12 +282,6 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
         "to": high,
         "at_point": cell is not None and bool(found[cell]),
     }
-
-
-def _jumped_points(maps: Classes) -> int:
-    """To how many allowed points the steps of the way up may jump across a vibration, or a gap."""
-    rows = np.ndindex(*maps.grades.grade.shape[:2])
-    return sum(int(np.count_nonzero(past_jumps(maps.grades, number, row))) for number, row in rows)
 
 
 def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) -> float:

@@ -7,23 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nsdrill.analysis.counts import (
-    beyond,
-    beyond_words,
-    driving,
-    driving_words,
-    guessed_scales,
-    guessed_words,
-    off_speed_words,
-    open_words,
-    outrun,
-    outrun_words,
-    runs_off_speed,
-    too_small,
-    too_small_words,
-    turned_back,
-    turned_back_words,
-)
+from nsdrill.analysis.counts import beyond, beyond_words, open_words, turned_back, turned_back_words
+from nsdrill.analysis.doubts import doubts_in, told_in_capitals
 from nsdrill.analysis.planes import UNJUDGED, judges
 from nsdrill.analysis.probability import SAFE, one_procedure, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, run_safety
@@ -89,16 +74,7 @@ def point_notes(results: Results) -> Iterator[str]:
         yield f"BEYOND THE MODEL: {beyond_words(found, results['status'].size)}."
     if back := turned_back(results):
         yield f"TURNED BACK: {turned_back_words(back)}."
-    if over := runs_off_speed(results):
-        yield f"OFF SPEED: {off_speed_words(over)}."
-    if faster := outrun(results):
-        yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
-    if driven := driving(results):
-        yield f"FRICTION DRIVES: {driving_words(driven)}."
-    if smaller := too_small(results):
-        yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
-    if guessed := guessed_scales(results.attrs):
-        yield f"A GUESS: {guessed_words(guessed)}."
+    yield from told_in_capitals(doubts_in(results))
     if "settled" in results.variables:
         unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
         if unsettled:

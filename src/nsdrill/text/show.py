@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.analysis.counts import (
-    beyond_words,
-    driving_words,
-    guessed_words,
-    off_speed_words,
-    open_words,
-    outrun_words,
-    too_small_words,
-    turned_back_words,
-)
+from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
+from nsdrill.analysis.doubts import ALL
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
-    GUESSED_SCALES,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
     PULSES,
@@ -159,16 +150,10 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
     if pulse := s[PULSES]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
-    if over := s["off_speed"]:
-        yield f"  OFF SPEED      {off_speed_words(over)}."
-    if faster := s["outrun"]:
-        yield f"  TOO FAST       for the steps: {outrun_words(faster)}."
-    if driven := s["driving"]:
-        yield f"  FRICTION DRIVES  {driving_words(driven)}."
-    if smaller := s["too_small"]:
-        yield f"  TOO SMALL      for the tolerance: {too_small_words(smaller)}."
-    if guessed := s[GUESSED_SCALES]:
-        yield f"  A GUESS        {guessed_words(guessed)}."
+    for one in ALL:
+        if found := s[one.key]:
+            rest = f"{one.rest}: " if one.rest else ""
+            yield f"  {one.name:13s}  {rest}{one.words(found)}."
     if words := open_words(s["runs"], "runs"):
         yield f"  not known      {words}: they count neither as a response nor as none"
     if exponents := s.get("exponents"):

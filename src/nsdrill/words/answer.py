@@ -14,30 +14,12 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, First, Kind, Unsettled
-from nsdrill.analysis.counts import (
-    beyond_words,
-    driving_words,
-    guessed_words,
-    off_speed_words,
-    outrun_words,
-    too_small_words,
-)
+from nsdrill.analysis.counts import beyond_words
+from nsdrill.analysis.doubts import told_in_capitals
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import (
-    DAMPING,
-    ENDS_EARLY,
-    FEW,
-    GUESSED_SCALES,
-    LUMPED_STRING,
-    PULSES,
-    SHORT,
-    UNCUT,
-    UNREAD,
-    Answer,
-    edited_words,
-)
+from nsdrill.data import DAMPING, ENDS_EARLY, FEW, LUMPED_STRING, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
@@ -211,16 +193,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"THE DRIVE TURNS SLOWER THAN IT IS SET: at the setting at {fmt.value('rotary_speed', turns['drive'])} on "
             f"average, not {fmt.value('rotary_speed', turns['set'])}. All speeds here are those that are set."
         )
-    if over := summary["off_speed"]:
-        yield f"OFF SPEED: {off_speed_words(over)}."
-    if faster := summary["outrun"]:
-        yield f"TOO FAST FOR THE STEPS: {outrun_words(faster)}."
-    if driven := summary["driving"]:
-        yield f"FRICTION DRIVES: {driving_words(driven)}."
-    if smaller := summary["too_small"]:
-        yield f"TOO SMALL FOR THE TOLERANCE: {too_small_words(smaller)}."
-    if guessed := summary[GUESSED_SCALES]:
-        yield f"A GUESS: {guessed_words(guessed)}."
+    yield from told_in_capitals(summary)
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)

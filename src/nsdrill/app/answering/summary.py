@@ -15,20 +15,8 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
-from nsdrill.analysis.counts import (
-    STARTS,
-    after_failure,
-    beyond,
-    driving,
-    guessed_scales,
-    known,
-    of_scripts,
-    outrun,
-    runs_off_speed,
-    too_small,
-    turned_back,
-    unknown_exponents,
-)
+from nsdrill.analysis.counts import STARTS, after_failure, beyond, known, of_scripts, turned_back, unknown_exponents
+from nsdrill.analysis.doubts import doubts_in
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
@@ -36,7 +24,6 @@ from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measur
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
-    GUESSED_SCALES,
     IN_MEMORY,
     NOT_CARRIED_RUN,
     PULSES,
@@ -132,11 +119,7 @@ def _summarize_results(results: Results) -> Answer:
         "peaks_kept": results.peaks_kept,
         "beyond": beyond(results),
         "turned_back": turned_back(results),
-        "off_speed": runs_off_speed(results),
-        "outrun": outrun(results),
-        "driving": driving(results),
-        "too_small": too_small(results),
-        GUESSED_SCALES: guessed_scales(results.attrs),
+        **doubts_in(results),
         "declares_responses": judges(results),
         **_labels(results),
         "measured": int(np.count_nonzero(measured_runs(results))),

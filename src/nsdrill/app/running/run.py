@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.counts import notes_of_run, used_by_notes
+from nsdrill.analysis.doubts import notes_of_run, used_by_notes
 from nsdrill.app.check import check_large, check_memory, disk, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
@@ -68,7 +68,7 @@ class RunResult:
     those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
     points that reached their limit of steps, ``notes`` what makes numbers of these results
-    wrong or not those of their setting (:func:`nsdrill.analysis.counts.notes_of_run`)."""
+    wrong or not those of their setting (:func:`nsdrill.analysis.doubts.notes_of_run`)."""
 
     path: Path
     points: int

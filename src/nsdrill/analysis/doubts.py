@@ -1,0 +1,87 @@
+"""What makes numbers of results wrong, or not those of their setting: one list, of which the end
+of a run, answers, ``show`` and warnings in Python all tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from nsdrill.analysis.counts import (
+    BEYOND,
+    TURNED,
+    TURNED_BACK,
+    beyond,
+    beyond_words,
+    driving,
+    driving_words,
+    guessed_scales,
+    guessed_words,
+    of_scripts,
+    off_speed_words,
+    outrun,
+    outrun_words,
+    runs_off_speed,
+    too_small,
+    too_small_words,
+    turned_back,
+    turned_back_words,
+)
+from nsdrill.data import GUESSED_SCALES, Attributes, Results
+from nsdrill.records import dataclass
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One of them: its ``key`` in plain data, its name in capitals, the ``rest`` of its heading,
+    what finds it in results, as plain data that is empty where there is none, and the words of
+    what is found."""
+
+    key: str
+    name: str
+    rest: str
+    find: Callable[[Results], Any]
+    words: Callable[[Any], str]
+
+    @property
+    def heading(self) -> str:
+        """The name and the rest."""
+        return f"{self.name} {self.rest}".rstrip()
+
+
+OF_RUNS = (
+    Doubt("off_speed", "OFF SPEED", "", runs_off_speed, off_speed_words),
+    Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
+    Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
+    Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
+)
+# with what is known before a run, and told then
+ALL = (*OF_RUNS, Doubt(GUESSED_SCALES, "A GUESS", "", lambda results: guessed_scales(results.attrs), guessed_words))
+
+
+def doubts_in(results: Results) -> dict[str, Any]:
+    """What is found of each, plain data by its key."""
+    return {one.key: one.find(results) for one in ALL}
+
+
+def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
+    """A sentence for each that is ``found``, of :func:`doubts_in`, its heading in capitals."""
+    for one in ALL:
+        if found[one.key]:
+            yield f"{one.heading.upper()}: {one.words(found[one.key])}."
+
+
+def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
+    """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
+    return ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(attrs))
+
+
+def notes_of_run(results: Results) -> Iterator[str]:
+    """What there is to say of these results at the end of a run, in sentences: on the command
+    line, and by the warnings in Python."""
+    if far := beyond(results):
+        yield f"BEYOND the validity of the model: {beyond_words(far, results['status'].size)}."
+    if back := turned_back(results):
+        yield f"TURNED BACK: {turned_back_words(back)}."
+    for one in OF_RUNS:
+        if found := one.find(results):
+            yield f"{one.heading}: {one.words(found)}."
