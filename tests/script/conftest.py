@@ -16,7 +16,7 @@ from nsdrill.models import friction, own_drives, registry
 SCRIPTS = Path(__file__).parents[2] / "configs" / "scripts"
 EXAMPLES = {
     "duffing": "duffing", "brake": "brake", "impact": "ball", "rotor": "rotor", "lorenz": "lorenz",
-    "three_inertias": "three_inertias", "pairs": "planet",
+    "three_inertias": "three_inertias", "planet": "planet",
 }  # fmt: skip
 
 HEAD = "import numpy as np\nimport nsdrill\nfrom nsdrill import number\n\n\n"

@@ -19,7 +19,7 @@ TRACES = {
     "rotor": (15.0, 1e-7, {"omega": 1.2}),
     "lorenz": (5.0, 1e-6, {}),
     "three_inertias": (10.0, 1e-7, {}),
-    "pairs": (12.0, 1e-7, {}),
+    "planet": (12.0, 1e-7, {}),
 }
 
 

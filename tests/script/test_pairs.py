@@ -53,7 +53,7 @@ def test_a_pair_of_third_order_converges_as_such():
 @pytest.mark.parametrize(("pair", "order", "coarse"), [("bogacki_shampine", 3, 1e-5), ("cash_karp", 5, 1e-6)])
 def test_the_pairs_of_the_gallery_have_their_order(pair, order, coarse):
     """The planet comes back to where it began, and what it is off by falls with the steps."""
-    planet = runpy.run_path(str(SCRIPTS / "pairs.py"))["planet"]
+    planet = runpy.run_path(str(SCRIPTS / "planet.py"))["planet"]
     start, off, steps = np.array([0.5, 0.0, 0.0, np.sqrt(3.0)]), [], []
     for rtol in (coarse, 1e-9):
         study = planet.study(pair=pair, rtol=rtol, transient=0, observe=4.0 * np.pi)
