@@ -15,6 +15,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
+from nsdrill.analysis.unstable import FOLLOWED, is_unstable
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -224,7 +225,7 @@ class Accessor:
         status = self._status()
         known = status.isin((OK, INFERRED))
         if "response" in self._data:
-            known = known & ~(self._off_speed() & (self._data["response"] == 0))
+            known = known & ~((self._off_speed() | self._is_unstable()) & (self._data["response"] == 0))
         if AFTER_FAILURE.name in self._data.coords:
             return known & (self._data[AFTER_FAILURE.name] == 0)
         along = resolved_study(self._data.attrs).get("sweep", {}).get("along")
@@ -242,6 +243,15 @@ class Accessor:
         if any(name not in self._data for name in (*TURNED, "rotary_speed")):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
         return is_off_speed(*(self._data[name] for name in (TOP_SPEED, "rotary_speed", "settled"))) & (status == OK)
+
+    def _is_unstable(self) -> DataArray:
+        """Where the motion is one that the slightest disturbance leaves, likewise."""
+        status = self._status()
+        if any(name not in self._data for name in FOLLOWED):
+            return status.copy(data=np.zeros(status.shape, dtype=bool))
+        observe = float(resolved_study(self._data.attrs)["simulation"]["observe"])
+        found = is_unstable(*(self._data[name].transpose(*status.dims).values for name in FOLLOWED), observe)
+        return status.copy(data=found) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

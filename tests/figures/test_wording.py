@@ -169,7 +169,7 @@ CASES = {
     ),
     "no answer": (
         made(up=["xxxxxxx"] * 5),
-        "No answer: of no point is enough known, as its runs failed or are missing.",
+        "No answer: of no point is enough known, as its runs failed, are missing or tell nothing.",
     ),
     "all stalled": (made(up=["ttttttt"] * 5), "Nothing is safe: stalled at 70 to 130 rpm."),
 }

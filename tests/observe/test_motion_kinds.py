@@ -189,6 +189,7 @@ def kind(
     count: int = 1000,
     range_: float = 1.0,
     dimension: int = 9,
+    grows: bool = False,
     **features: float,
 ) -> int:
     made = {
@@ -202,7 +203,7 @@ def kind(
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
     rests = MAIN.still(arrays, ONES, T.absolute)
-    labels = (np.array([value]) for value in (status, settled, found))
+    labels = (np.array([value]) for value in (status, settled, grows, found))
     label = classify_motion(arrays, *labels, count, rests, np.array([dimension]), T)
     return int(label[0])
 
@@ -212,6 +213,7 @@ def test_the_kind_of_motion():
     assert kind(found=1, zero_one=0.9) == PERIODIC
     assert kind(found=1, range_=0.01, zero_one=np.nan) == EQUILIBRIUM
     assert kind(zero_one=0.95, settled=0) == CHAOTIC
+    assert kind(zero_one=0.95, settled=0, grows=True) == UNSETTLED, "what leaves an unstable motion grows"
     assert kind(zero_one=0.05) == QUASI_PERIODIC
     assert kind(zero_one=0.05, settled=0) == UNSETTLED
     assert kind(zero_one=0.5) == UNDETERMINED

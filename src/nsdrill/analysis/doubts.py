@@ -26,6 +26,7 @@ from nsdrill.analysis.counts import (
     turned_back,
     turned_back_words,
 )
+from nsdrill.analysis.unstable import FOLLOWED, runs_unstable, unstable_words
 from nsdrill.data import GUESSED_SCALES, Attributes, Results
 from nsdrill.records import dataclass
 
@@ -50,6 +51,7 @@ class Doubt:
 
 OF_RUNS = (
     Doubt("off_speed", "OFF SPEED", "", runs_off_speed, off_speed_words),
+    Doubt("unstable_motion", "AN UNSTABLE MOTION", "", runs_unstable, unstable_words),
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
@@ -72,7 +74,7 @@ def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
 
 def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
-    return ("status", BEYOND, TURNED_BACK, *TURNED, *of_scripts(attrs))
+    return ("status", BEYOND, TURNED_BACK, *TURNED, *FOLLOWED, *of_scripts(attrs))
 
 
 def notes_of_run(results: Results) -> Iterator[str]:

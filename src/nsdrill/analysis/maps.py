@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.analysis.counts import BEYOND, TOP_SPEED, Counts, knowledge
+from nsdrill.analysis.counts import BEYOND, Counts, knowledge
 from nsdrill.analysis.graded import Graded, graded, least_share
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
-from nsdrill.analysis.safety import RunSafety, known_runs, run_safety
+from nsdrill.analysis.safety import DECIDING, RunSafety, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import SEVERITIES
@@ -91,7 +91,7 @@ SEEN = (
     "wall_contact_fraction",
     "whirl_kind",
 )
-USES = (*YIELDS, "settled", TOP_SPEED, BEYOND, *SEEN)
+USES = (*YIELDS, *DECIDING, BEYOND, *SEEN)
 
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, off_speed
+from nsdrill.analysis.counts import TURNED, Counts, after_failure, knowledge, known, off_speed
+from nsdrill.analysis.unstable import FOLLOWED, unstable
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
@@ -20,8 +21,8 @@ from nsdrill.variables import INFERRED, OK, PENDING
 class RunSafety:
     """The safety of every run, arrays of bool on the grid: ``safe``; ``unsafe``, known
     not to be safe; ``failed``, not known; ``distrusted``, among the unsafe ones, those
-    whose checks gave another response. Of a run that is off its speed, that it shows nothing
-    says nothing of its setting."""
+    whose checks gave another response. Of a run that is off its speed, or on an unstable motion, that
+    it shows nothing says nothing of its setting."""
 
     safe: Array
     unsafe: Array
@@ -88,11 +89,16 @@ def told_responses(attrs: Attributes) -> dict[str, Response]:
 PENDING_POINT, FAILED_POINT, NOT_CARRIED_POINT = -1, -2, -3
 
 
+# the variables beside status and response that known_runs uses
+DECIDING = (*TURNED, *FOLLOWED)
+
+
 def known_runs(results: Results) -> Array:
     """Of which runs the response is known, with the history and at the speed that the study
-    says: bool on the grid."""
+    says, on a motion that a disturbance does not leave: bool on the grid."""
     shows_nothing = results["response"] == 0 if "response" in results.variables else True
-    return np.asarray(known(results["status"]) & ~after_failure(results) & ~(off_speed(results) & shows_nothing))
+    is_doubtful = off_speed(results) | unstable(results)
+    return np.asarray(known(results["status"]) & ~after_failure(results) & ~(is_doubtful & shows_nothing))
 
 
 def measured_runs(results: Results) -> Array:

@@ -389,7 +389,12 @@ def unknown_words(summary: Answer) -> str:
     carried``, ``3 too fast``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
-    causes = {"failed": summary["failed"], "not carried": summary["after_failure"], "too fast": summary["off_speed"]}
+    causes = {
+        "failed": summary["failed"],
+        "not carried": summary["after_failure"],
+        "too fast": summary["off_speed"],
+        "unstable": summary["unstable_motion"],
+    }
     why = " or ".join([word for word, told in causes.items() if told] or ["failed"])
     return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 

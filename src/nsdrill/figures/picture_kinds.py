@@ -17,7 +17,8 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
-from nsdrill.analysis.counts import BEYOND, TURNED
+from nsdrill.analysis.counts import BEYOND
+from nsdrill.analysis.safety import DECIDING
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option, warn
 from nsdrill.models.choices import words_along
@@ -251,7 +252,7 @@ def listing(names: Iterable[str], data: object = None) -> str:
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     """The variables of a sweep of this model that a picture of this kind is drawn from;
     nothing else has to be read."""
-    return ("status", "response", BEYOND, *TRUST, *TURNED, *all_kinds()[kind].uses(model))
+    return ("status", "response", BEYOND, *TRUST, *DECIDING, *all_kinds()[kind].uses(model))
 
 
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:

@@ -471,9 +471,8 @@ class Model(Generic[P]):
         labels = {"response": response, **self.labels(features, response, thresholds)}
         critical = self.description.critical
         labels |= severities(features, response, thresholds, critical)
-        labels["settled"] = (features["half_difference"] <= thresholds.settled.tolerance) & ~self.grows(
-            features, thresholds.settled.tolerance
-        )
+        grows = self.grows(features, thresholds.settled.tolerance)
+        labels["settled"] = (features["half_difference"] <= thresholds.settled.tolerance) & ~grows
         types = {"response": label_type(critical.values())}
         labels = {
             name: np.where(status == OK, value, 0).astype(types.get(name, "i1")) for name, value in labels.items()
@@ -482,7 +481,7 @@ class Model(Generic[P]):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
             settled = labels["settled"]
-            labels |= motions(features, status, settled, returns, scales, still, dimension, thresholds.motion)
+            labels |= motions(features, status, settled, grows, returns, scales, still, dimension, thresholds.motion)
         return labels
 
     def grows(self, features: Mapping[str, Array], tolerance: float) -> Array:

@@ -210,6 +210,7 @@ def classify_motion(
     features: Mapping[str, Array],
     status: Array,
     settled: Array,
+    grows: Array,
     periods: Array,
     returns: Array,
     still: Array,
@@ -218,8 +219,9 @@ def classify_motion(
 ) -> Array:
     """The kind of motion of runs: int8, shape of ``status``.
 
-    ``periods`` is their :func:`period`, ``settled`` their label, ``returns`` the number
-    of returns of each, ``still`` whether it is at rest; ``features`` has ``zero_one``
+    ``periods`` is their :func:`period`, ``settled`` their label, ``grows`` whether their peaks
+    keep rising, as those of a motion that leaves an unstable one, ``returns`` the number of
+    returns of each, ``still`` whether it is at rest; ``features`` has ``zero_one``
     and, if measured, ``lyapunov_exponent`` with its error. A run with fewer than three
     returns is undetermined, and a flow of a ``dimension`` below three is never chaotic.
     """
@@ -231,7 +233,7 @@ def classify_motion(
         with np.errstate(invalid="ignore"):
             chaotic, regular = features["zero_one"] > t.chaotic_above, features["zero_one"] < t.regular_below
         decaying = np.zeros_like(chaotic)
-    settled, chaotic = settled.astype(bool), chaotic & (dimension >= LEAST_DIMENSION)
+    settled, chaotic = settled.astype(bool), chaotic & ~grows & (dimension >= LEAST_DIMENSION)
     kind = np.select(
         [returns < LEAST_REPEATS, (periods == 1) & still, periods > 0, chaotic, ~settled | decaying, regular],
         [UNDETERMINED, EQUILIBRIUM, PERIODIC, CHAOTIC, UNSETTLED, QUASI_PERIODIC],
@@ -244,6 +246,7 @@ def motions(
     features: Mapping[str, Array],
     status: Array,
     settled: Array,
+    grows: Array,
     returns: Array,
     state_scales: Array,
     still: Array,
@@ -258,7 +261,7 @@ def motions(
     flat = returns.reshape(-1, *returns.shape[-2:])
     ok = status == OK
     periods = np.where(ok, period(flat, state_scales.reshape(len(flat), -1), t).reshape(ok.shape), 0).astype(np.int16)
-    motion = classify_motion(features, status, settled, periods, count, still, dimension, t)
+    motion = classify_motion(features, status, settled, grows, periods, count, still, dimension, t)
     return {"motion": motion, "period": np.where(motion == PERIODIC, periods, 0).astype(np.int16)}
 
 

@@ -414,7 +414,7 @@ MOST_STOPS = 3
 def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
     """What stops the way in, over all rows of the map."""
     if one.advice.kind == Kind.UNKNOWN:
-        yield "not known", "of no point is enough known: its runs failed or are missing"
+        yield "not known", "of no point is enough known: its runs failed, are missing or tell nothing"
         return
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
     found = [

@@ -481,10 +481,11 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
             "simulation.max_steps)."
         )
     if others := summary["undecided_runs"]:
-        over = summary["off_speed"].get("runs", 0)
+        over, left = (summary[one].get("runs", 0) for one in ("off_speed", "unstable_motion"))
         causes = [
             *(["the drive is off its speed"] if over else []),
-            *(["a check of the answer failed"] if others > over else []),
+            *(["the motion is unstable"] if left else []),
+            *(["a check of the answer failed"] if others > over + left else []),
         ]
         yield f"NOT KNOWN in {count(others, 'run')} that ended well, as {' or '.join(causes)}."
 

@@ -258,7 +258,7 @@ class Words:
     def _sentence(self) -> str:
         kind = self.advice.kind
         if kind == Kind.UNKNOWN:
-            return "No answer: of no point is enough known, as its runs failed or are missing."
+            return "No answer: of no point is enough known, as its runs failed, are missing or tell nothing."
         if kind == Kind.NOTHING:
             return self._nothing()
         if self.is_withdrawn:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
-from nsdrill.analysis.counts import TURNED, of_scripts
+from nsdrill.analysis.counts import of_scripts
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
-from nsdrill.analysis.safety import needed, told_responses
+from nsdrill.analysis.safety import DECIDING, needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early_ends import stick_slip_ends
 from nsdrill.app.answering.kept import kept
@@ -215,7 +215,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     import xarray
 
     results = with_samples_counted(
-        sweep_in(source, "probability", needed(severity, attrs_of(source)), (*TRUST, *TURNED))
+        sweep_in(source, "probability", needed(severity, attrs_of(source)), (*TRUST, *DECIDING))
     )
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
@@ -270,7 +270,7 @@ def results_for_sensitivity(
     only that is read."""
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
-    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), (*TRUST, *TURNED))
+    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), (*TRUST, *DECIDING))
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
     if not chosen:

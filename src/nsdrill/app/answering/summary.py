@@ -21,6 +21,7 @@ from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
+from nsdrill.analysis.unstable import unstable
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
@@ -62,8 +63,8 @@ with deferred():  # they run the model, and the parser is slow to import
 
 # the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "peaks", "trust")
-NOT_CARRIED, OFF_SPEED = -1, -2  # beside the statuses of runs: how one that ended well is not known
-_NOT_KNOWN = {NOT_CARRIED: "not_carried", OFF_SPEED: "off_speed"}
+NOT_CARRIED, OFF_SPEED, UNSTABLE = -1, -2, -3  # beside the statuses of runs: how one that ended well is not known
+_NOT_KNOWN = {NOT_CARRIED: "not_carried", OFF_SPEED: "off_speed", UNSTABLE: "unstable_motion"}
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
 
@@ -322,18 +323,19 @@ def _counts(name: str, values: np.ndarray, results: Results) -> dict[str, int]:
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
     sweep; ``not_carried`` where a run before them in the chain failed,
-    ``off_speed`` where the drive is. Where the model
+    ``off_speed`` where the drive is, ``unstable_motion`` where the motion is. Where the model
     declares no responses, only those that did not end well."""
     axis = results.swept[0]
     values, named = results.coords[axis], named_in(results.attrs)
     rows, not_carried = [], after_failure(results) & known(results["status"])
     is_off = known(results["status"]) & ~known_runs(results) & ~not_carried
+    leaves = unstable(results)
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
         status = np.where(status == INFERRED, OK, status)
         status = np.where(not_carried[i].ravel(), NOT_CARRIED, status)
-        status = np.where(is_off[i].ravel(), OFF_SPEED, status)
+        status = np.where(is_off[i].ravel(), np.where(leaves[i].ravel(), UNSTABLE, OFF_SPEED), status)
         start = 0
         for end in range(1, len(values) + 1):
             if (

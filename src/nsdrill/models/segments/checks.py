@@ -16,7 +16,18 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
-from nsdrill.models.drilling import Drilling, drillings, interrupted, narrow, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import (
+    Drilling,
+    Limits,
+    drillings,
+    interrupted,
+    limits,
+    narrow,
+    overloaded,
+    resting,
+    stalling,
+    swinging,
+)
 from nsdrill.models.drive_laws import (
     LAWS,
     UNLIMITED,
@@ -273,17 +284,19 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ]
 
 
-def stick_slip_lasts(settings: Sequence[Values]) -> list[tuple[float, None] | None]:
-    """The set speeds [rad/s] below which steady drilling on the surface that the blades leave
-    is unstable; None on a lobed rock."""
-    return [_unstable_to(values) for values in settings]
+def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
+    """The set speeds [rad/s] below which steady drilling is unstable; up to which one stick-slip
+    lasts, once begun, is not known of several inertias. None on lobes, which shake the bit, and
+    where no onset is known."""
+    return [below and (below[0], None) for below in limits([_stability_of(values) for values in settings])]
 
 
-def _unstable_to(values: Values) -> tuple[float, None] | None:
-    if not values.parameters.bit.rock.regenerative:
-        return None
+def _stability_of(values: Values) -> Drilling | Limits:
     given = values.parameters, values.point
-    return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
+    bit = values.parameters.bit
+    if bit.rock.regenerative:
+        return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
+    return None if bit.surface_amplitude > 0.0 else drilling_at(*given)
 
 
 def _unloaded(corners: list[Values]) -> str | None:

@@ -1,0 +1,29 @@
+"""Where steady drilling of a string of segments is unstable, a run that starts in it may last longer
+than it is observed: nothing is allowed there all the same."""
+
+import nsdrill
+
+STUDY = """
+model: segments
+operation: {wob: 100 kN}
+segments: {pipe: 4, collar: 2, hydraulics: {pulsation: 0 l/min}}
+bit: {surface_amplitude: %s}
+drive: {kind: ideal}
+sweep: {rotary_speed: [24 rad/s, 28 rad/s, 36 rad/s], procedure: same}
+simulation: {transient: 30 s, observe: 30 s}
+"""
+
+
+def test_a_run_that_rests_where_steady_drilling_is_unstable_is_not_allowed():
+    onset = nsdrill.check(STUDY % "0 mm").figures["stick_slip_onset"].value
+    assert 28.0 < onset < 36.0
+    data = nsdrill.run(STUDY % "0 mm", progress=False)
+    assert not data.response.values.any()  # too short to see it grow
+    found = nsdrill.window(data)
+    assert {one["rotary_speed"] for one in found["stretches"]} == {(36.0, 36.0)}
+    assert any(one.startswith("STEADY DRILLING IS UNSTABLE") for one in found["answer"]["warnings"])
+
+
+def test_of_lobes_that_shake_the_bit_it_is_not_known():
+    found = nsdrill.window(nsdrill.run(STUDY % "1 mm", progress=False))
+    assert any(one.startswith("TO WHICH SPEED STICK-SLIP LASTS") for one in found["answer"]["warnings"])
