@@ -17,7 +17,7 @@ from nsdrill.errors import FileError, StudyError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import NAMES
+from nsdrill.models.registry import NAMES, described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.observe.thresholds import Record
@@ -418,3 +418,12 @@ def test_the_template_meets_the_json_schema():
     jsonschema = pytest.importorskip("jsonschema")
     jsonschema.Draft202012Validator.check_schema(json_schema())
     jsonschema.Draft202012Validator(json_schema()).validate(parse(template_text(), "t").data)
+
+
+@pytest.mark.parametrize("model", ["torsion", "regenerative", "segments"])
+def test_a_slice_may_vary_the_states_that_the_start_gives(model):
+    keys = keys_named(model)
+    states, fields = described(model).states(described(model).parameters()), described(model).initial.states()
+    assert keys.slices == tuple(name for name in states if name in fields)
+    assert {"twist", "bit_speed", "drive_angle"} <= {*keys.slices}
+    assert not described(model).sliced

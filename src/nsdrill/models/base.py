@@ -21,7 +21,7 @@ from nsdrill.models.operation import History, Numeric, P, Values
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.responses import Response, Thresholds, label_type, present, severities
 from nsdrill.models.starts import Starts, hypercube, slice_points
-from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Extremes, Names
+from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Extremes, Names, moved
 from nsdrill.observe.motion_kinds import LEAST_RISE, keeps_rising, motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.records import dataclass
@@ -96,13 +96,6 @@ def _given(columns: Mapping[str, Any], states: Mapping[str, Any], **angles: Any)
     return {"time": 0.0, "phase": 0.0, **inputs, **angles}
 
 
-def moved(states: tuple[str, ...], singles: int) -> tuple[str, ...]:
-    """The velocities of the pairs, then the last states, so many ``singles`` of first
-    order."""
-    pairs = len(states) - singles
-    return (*states[1:pairs:2], *states[pairs:])
-
-
 class Plain(NamedTuple):
     """What is compiled in of a model without options of its own."""
 
@@ -113,7 +106,7 @@ class Model(Generic[P]):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; the rest has defaults, and may be replaced.
 
-    States are pairs of position and velocity, then states of first order (:meth:`first_order`);
+    States are pairs of position and velocity, then states of first order;
     arrays are in SI, over n points. The compiler is imported when a model computes, so
     that the file of a model can hold its description, too.
     """
@@ -203,11 +196,6 @@ class Model(Generic[P]):
 
     # What follows from it
 
-    def moved(self, o: Any) -> tuple[str, ...]:
-        """The states of which the equations give the slopes: velocities, then those of
-        first order."""
-        return moved(self.names(o).states, self.first_order(o))
-
     def shortest_pulse(self, points: Values[P], duration: float) -> tuple[float, float] | None:
         """Of a model of a script, how long the shortest pulse of what forces it lasts at a
         point, and the time in which there is one [s], in a run of this ``duration``; None where
@@ -224,9 +212,7 @@ class Model(Generic[P]):
         from nsdrill.equations.consequences import consequences_of
 
         names, turning = self.names(o), self.turning(o)
-        return consequences_of(
-            self.equations, names.states, self.moved(o), turning, self.set_speed, names.parameters, o
-        )
+        return consequences_of(self.equations, names.states, names.moved, turning, self.set_speed, names.parameters, o)
 
     def pushed(self, o: Any) -> tuple[str, ...]:
         """The velocities in whose slopes friction acts, where it can be implicit: those in the
@@ -261,12 +247,6 @@ class Model(Generic[P]):
         names = self.names(self.options_of(points.parameters)).states
         start = dict(zip(names, map(float, self.starts(points, 0)[0]), strict=False))
         return self.columns(points, Thresholds()), *probes_around(start)
-
-    def first_order(self, o: Any) -> int:
-        """How many states of first order follow the pairs: as their names have a slope for
-        each pair and for each of these."""
-        names = self.names(o)
-        return 2 * len(names.slopes) - len(names.states)
 
     def start_names(self, o: Any) -> tuple[str, ...]:
         """The names of the states that a start gives: fields of the study's section, in

@@ -13,6 +13,7 @@ from nsdrill.ranges import Checked, choice, parameter
 from nsdrill.records import dataclass
 
 MOST_STATES = 40
+SURFACES = range(2, MOST_STATES + 1)  # numbers of states that a surface may have
 WIDEST_FLAT = 0.016  # m, the diameter of a common cutter
 
 

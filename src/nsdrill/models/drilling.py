@@ -529,12 +529,6 @@ def find_onsets(found: Sequence[Drilling]) -> None:
         vars(one).update(onset=onset if known else None, onset_known=known)
 
 
-def longest(drilling_at: Callable[[Any, Any], Drilling], corners: Sequence[Values]) -> float:
-    """The longest torsional period [s] of these corners, the values at the ends of all axes
-    and ramps of a study."""
-    return max(drilling_at(corner.parameters, corner.point).period for corner in corners)
-
-
 def folds(drilling_at: Callable[[Any, Any], Drilling], settings: Sequence[Values]) -> list[float | None]:
     """The :attr:`Drilling.lasts_below` [rad/s] of many settings together, each the
     :class:`Drilling` that ``drilling_at`` gives of its parameters and its operating point."""

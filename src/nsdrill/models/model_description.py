@@ -163,8 +163,8 @@ class Description:
         angle of the drive last; by default those of the start. They are one of
         ``several_states``, where not all strings have the same; where their number
         depends on the parameters, ``states_allowed`` says whether a file may have such
-        states. A slice of starts may vary the states ``sliced``, or all where there are
-        none.
+        states. A slice of starts may vary the states ``sliced``, or where there are none those
+        that the start gives.
     Variables
         ``labels`` follow ``response``; the severities of the responses that are not among
         them come after. ``response`` has a bit for each of ``responses``, those that the

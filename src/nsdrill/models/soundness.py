@@ -75,7 +75,7 @@ def _check_names(model: Model, description: Description) -> None:
     for what, rows in (("states", names.states), ("parameters", names.parameters)):
         if len(set(rows)) < len(rows):
             _refuse(model, f"names, {what}", ", ".join(rows), "each name once")
-    singles = variant.first_order
+    singles = variant.names.first_order
     pairs = len(names.states) - singles
     if pairs < 0 or pairs % 2 or singles < 0 or model.singles not in (0, singles):
         told = f"singles = {model.singles}" if model.singles else f"slopes {', '.join(names.slopes)}"
@@ -139,7 +139,7 @@ def _check_frames(variant: Variant) -> None:
     """A position whose channel has the frame of the drive is measured from its angle, and one
     that is measured from it has that frame."""
     model = variant.model
-    positions = variant.states[: len(variant.states) - variant.first_order : 2]
+    positions = variant.states[: len(variant.states) - variant.names.first_order : 2]
     for channel in variant.declaration.channels:
         if channel.value not in positions:
             continue

@@ -14,14 +14,15 @@ controller, of a script (:mod:`nsdrill.models.own_drives`), or of a DC motor, a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations.graph import Number
+from nsdrill.equations.motion import Motion
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named, part
 from nsdrill.models import motor
@@ -41,15 +42,19 @@ from nsdrill.models.drive_laws import (
 )
 from nsdrill.models.motor import MOTOR_LANES, REGULATOR_LANES
 from nsdrill.models.numbers import DerivedQuantity
-from nsdrill.models.operation import ModelParameters, Numeric
+from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of, numbered, own_drive, rows_of
+from nsdrill.models.responses import Thresholds
+from nsdrill.models.starts import Starts
 from nsdrill.models.steady import String, Turning
-from nsdrill.models.tree import lane_values
-from nsdrill.observe.channels import Channel, Extremes, Feature, Mean
+from nsdrill.models.tree import lane_values, with_values
+from nsdrill.observe.channels import Channel, Extremes, Feature, Mean, Names
 from nsdrill.records import dataclass
 
 LANES = (*LAW_LANES, "torque_least", "torque_most")
 MODES = 2  # of string and drive among the derived quantities
+
+Table: TypeAlias = Callable[[Numeric], Mapping[str, Numeric]]  # lane parameters at set speeds [rad/s]
 
 
 # What is compiled in: ``o`` is a NamedTuple with ``driven``, ``drive``, ``motor`` and
@@ -84,11 +89,27 @@ def lanes_of(o: Any) -> tuple[str, ...]:
     return (*lanes, *(numbered(o.drive).lanes if o.drive else ()))
 
 
+def have_states(found: tuple[str, ...], states_of: Callable[[Any], tuple[str, ...]], options: Iterable[Any]) -> bool:
+    """Whether these are the states of a string with some of these ``options`` and a drive of
+    nsdrill, the angle of the drive last."""
+    drives: tuple[dict[str, int], ...] = {}, {"driven": 1}, {"driven": 1, "motor": 1}
+    return any(found == (*states_of(one._replace(**drive)), "drive_angle") for one in options for drive in drives)
+
+
 def turning(o: Any) -> Turning:
     """The states that turn, of drive and bit."""
     if not o.driven:
         return Turning(("twist",), ("bit_speed",))
     return Turning(("lag", "twist"), ("drive_speed", "bit_speed"), others_of(o))
+
+
+def steady_string(
+    equations: Callable[..., Any], o: Any, names: Names, table: Table, rest: Mapping[str, Numeric]
+) -> String:
+    """String and drive in steady drilling, with the lane parameters that ``table`` gives at set
+    speeds [rad/s], and with the states that do not turn at ``rest``."""
+    motion = Motion(equations, o, names.states, names.parameters, names.moved)
+    return String(motion, turning(o), "set_speed", table, rest)
 
 
 @part
@@ -148,14 +169,31 @@ def start_of(drive: Any) -> dict[str, Numeric]:
 
 @dataclass(frozen=True)
 class Below:
-    """The string below a ``drive``: what a controller is tuned to; and a function that gives
-    the string with a drive of another kind under a weight on bit [N], with lane parameters
-    in place of its own. ``unit`` are those with which its inertia is 1."""
+    """The string below the drive of ``parameters``, to a ``depth`` [m]: what a controller is
+    tuned to, ``of_string``, its lane parameters without those of the drive, and
+    ``turning_string``, which gives it and its drive in steady drilling from parameters, the
+    weight on bit [N] and a table. ``unit`` are lane parameters with which its inertia is 1."""
 
-    drive: Any
+    parameters: Any
+    depth: Numeric
     seen: Seen
-    string: Callable[[str, Numeric, Mapping[str, Numeric]], String]
+    of_string: Callable[[Values, Thresholds], Mapping[str, Numeric]]
+    turning_string: Callable[[Any, Numeric, Table], String]
     unit: Mapping[str, Numeric]
+
+    @property
+    def drive(self) -> Any:
+        return self.parameters.drive
+
+    def _string(self, kind: str, wob: Numeric, given: Mapping[str, Numeric]) -> String:
+        """The string with a drive of another kind under a weight on bit [N], with the ``given``
+        lane parameters in place of its own."""
+        one = with_values(self.parameters, {"drive.kind": kind})
+
+        def table(speed: Numeric) -> Mapping[str, Numeric]:
+            return {**self.of_string(Values(one, Starts(), (self.depth, wob, speed)), Thresholds()), **given}
+
+        return self.turning_string(one, wob, table)
 
     def law(self, speed: Numeric = 0.0) -> Gains:
         """The law of a drive that is not ideal; that of an LQR is tuned to the string at this
@@ -173,13 +211,13 @@ class Below:
         """The gains of the regulator: the drive of its string has no torque, and nothing rubs
         at the bit, which bears no weight."""
         without = Gains(self.drive.inertia, 0.0, 0.0, shaft_damping=self.drive.shaft_damping)
-        free = self.string("pi", 0.0, _columns_of(without, None))
+        free = self._string("pi", 0.0, _columns_of(without, None))
         return motor.optimal(self.drive, self.seen.inertia, self.seen.stiffness, free, speed)
 
     def regulator(self, wob: Numeric, speed: Numeric) -> motor.Regulator:
         """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a
         rotary speed [rad/s]."""
-        return motor.regulator(self.drive, self.string("ideal", wob, self.unit), speed)
+        return motor.regulator(self.drive, self._string("ideal", wob, self.unit), speed)
 
     def circuit(self) -> Circuit | None:
         """The circuit of a DC motor, with its gains if it has any; None for other drives."""
@@ -187,8 +225,8 @@ class Below:
             return None
         return motor.circuit(self.drive, self.regulator(0.0, 1.0))  # at any speed
 
-    def columns(self, parameters: ModelParameters, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
-        """The lane parameters of a drive, by name, those that the ``parameters`` give as they
+    def columns(self, wob: Numeric, speed: Numeric) -> dict[str, Numeric]:
+        """The lane parameters of the drive, by name, those that the parameters give as they
         are first; none of an ideal one."""
         drive = self.drive
         if drive.ideal:
@@ -198,14 +236,14 @@ class Below:
             values |= motor.motor_columns(drive)
         if drive.regulated:
             values |= motor.regulator_columns(self.regulator(wob, speed))
-        return {**lane_values(parameters), **values}
+        return {**lane_values(self.parameters), **values}
 
-    def quantities(self, parameters: ModelParameters, drilling: Drilling, speed: float) -> dict[str, DerivedQuantity]:
+    def quantities(self, drilling: Drilling, speed: float) -> dict[str, DerivedQuantity]:
         """What ``check`` says of a drive, in steady ``drilling``; nothing of an ideal one."""
         if self.drive.ideal:
             return {}
         drive, law = self.drive, self.law(speed)
-        linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(parameters))
+        linear = linear_drive(drive, drilling.string.states(drilling.at), lane_values(self.parameters))
         law = law if linear is None else about_steady(law, linear)
         reflected = reflection(
             law, float(self.seen.impedance), drilling.frequency, self.circuit() if linear is None else linear

@@ -14,7 +14,7 @@ the weight W.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -24,13 +24,12 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.library import friction
-from nsdrill.equations.motion import Motion
 from nsdrill.equations.trace import Named
-from nsdrill.models import motor, top
-from nsdrill.models.base import Model, Symmetry, moved
+from nsdrill.models import top
 from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.models.drive_laws import Seen, impedance_of
 from nsdrill.models.drive_rules import DRIVE, DRIVE_RULES
+from nsdrill.models.driven import Driven
 from nsdrill.models.friction import (
     Numbers,
     columns_of,
@@ -61,7 +60,6 @@ from nsdrill.models.sections import (
 from nsdrill.models.sections import Section as Part
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.steady import String
-from nsdrill.models.tree import with_values
 from nsdrill.models.turning import (
     ABOVE,
     CYCLES,
@@ -73,7 +71,7 @@ from nsdrill.models.turning import (
     turning_features,
 )
 from nsdrill.models.whole_string import TORQUE_ORDER, WHOLE_STRING, without_length
-from nsdrill.observe.channels import Declaration, Extremes, Names, Section
+from nsdrill.observe.channels import Declaration, Extremes, Names, Section, moved
 from nsdrill.ranges import Checked, like, parameter
 from nsdrill.records import dataclass
 
@@ -172,6 +170,11 @@ class Options(NamedTuple):
     regulated: int = 0
 
 
+def options_of(parameters: Parameters) -> Options:
+    """The options of a string."""
+    return Options(law=law_number(parameters.bit.friction.law), **top.options_of(parameters.drive))
+
+
 def equations(t: Node, phase: Node, s: Named, p: Named, o: Options) -> dict[str, Any]:
     """The slopes of the speeds, and of what else the drive has."""
     law = law_numbered(o.law)
@@ -208,50 +211,52 @@ def declaration_of(driven: int) -> Declaration:
     return Declaration(channels, features, section=Section("bit angle", 2.0 * math.pi))
 
 
-class Torsion(Model[Parameters]):
+def of_string(points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
+    """The lane parameters of string and bit."""
+    string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
+    law, (inertia, stiffness) = bit.friction, rotating(string, depth)
+    static, dynamic, lever = law.static, law.dynamic, wob * 2 / 3 * bit.radius
+    if law.static_torque is not None and law.dynamic_torque is not None:
+        static, dynamic, lever = law.static_torque, law.dynamic_torque, 1.0
+    share = dynamic / static
+    return {
+        "inertia": inertia,
+        "torsional_stiffness": stiffness,
+        "damping": string.torsional_damping,
+        "set_speed": speed,
+        "torque": lever * static,
+        **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
+        **own_columns("bit", law),
+        "stuck": thresholds.stuck_below,
+    }
+
+
+def turning_string(parameters: Parameters, wob: Numeric, table: top.Table) -> String:
+    """String and drive in steady drilling, with the lane parameters that ``table`` gives at
+    set speeds [rad/s]."""
+    o = options_of(parameters)
+    return top.steady_string(equations, o, names_of(o), table, {})
+
+
+def below(parameters: Parameters, depth: Numeric) -> top.Below:
+    """The string below the drive, to a depth [m]."""
+    seen = Seen(parameters.drive.inertia, *rotating(parameters.drillstring, depth), impedance(parameters.drillstring))
+    return top.Below(parameters, depth, seen, of_string, turning_string, {"inertia": 1.0})
+
+
+class Torsion(Driven[Parameters]):
     """The model: its equations and lane parameters."""
 
     name, equations = "torsion", staticmethod(equations)
-    set_speed = "set_speed"
-    relative = ("twist", "lag")
-    options = Options
+    options, options_of, names = Options, staticmethod(options_of), staticmethod(names_of)
     widest = Options(driven=1)
-
-    def options_of(self, parameters: Parameters) -> Options:
-        return Options(law=law_number(parameters.bit.friction.law), **top.options_of(parameters.drive))
-
-    def names(self, o: Options) -> Names:
-        return names_of(o._replace(implicit=0))
 
     def declaration(self, o: Options) -> Declaration:
         return declaration_of(o.driven)
 
     def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        parameters, (depth, wob, speed) = points.parameters, points.operation
-        return {**below(parameters, depth).columns(parameters, wob, speed), **self.of_string(points, thresholds)}
-
-    def of_string(self, points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
-        """The lane parameters of string and bit."""
-        string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
-        law, (inertia, stiffness) = bit.friction, rotating(string, depth)
-        static, dynamic, lever = law.static, law.dynamic, wob * 2 / 3 * bit.radius
-        if law.static_torque is not None and law.dynamic_torque is not None:
-            static, dynamic, lever = law.static_torque, law.dynamic_torque, 1.0
-        share = dynamic / static
-        return {
-            "inertia": inertia,
-            "torsional_stiffness": stiffness,
-            "damping": string.torsional_damping,
-            "set_speed": speed,
-            "torque": lever * static,
-            **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
-            **own_columns("bit", law),
-            "stuck": thresholds.stuck_below,
-        }
-
-    def symmetry(self, points: Values[Parameters]) -> Symmetry:
-        motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
-        return super().symmetry(points)
+        depth, wob, speed = points.operation
+        return {**below(points.parameters, depth).columns(wob, speed), **of_string(points, thresholds)}
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         turning: list[Numeric] = [0.1, 0.1 * table["set_speed"]]
@@ -261,16 +266,9 @@ class Torsion(Model[Parameters]):
         found = np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["set_speed"])
         return np.asarray(np.max([found, *map(np.sqrt, top.fastest(table, o))], axis=0)) if o.driven else found
 
-    def start_names(self, o: Options) -> tuple[str, ...]:
-        return "twist", "bit_speed", "drive_angle"
-
     def hanging(self, points: Values[Parameters]) -> float | None:
         """Without weight, unless friction is given as torques, which stay."""
         return None if points.parameters.bit.friction.static_torque is not None else 0.0
-
-    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
-        of_drive = top.start_of(points.parameters.drive)
-        return {**self.initial_values(points, ("lag", "drive_speed")), **of_drive, **values}
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists up to one and a half times the one under the torque at rest, bit
@@ -284,43 +282,13 @@ class Torsion(Model[Parameters]):
         }
 
 
-def turning_string(parameters: Parameters, table: Callable[[Numeric], Mapping[str, Numeric]]) -> String:
-    """String and drive in steady drilling, with the lane parameters that ``table`` gives at
-    set speeds [rad/s]."""
-    o = Torsion().options_of(parameters)
-    names = names_of(o)
-    motion = Motion(equations, o, names.states, names.parameters, moved(names.states, len(top.others_of(o))))
-    return String(motion, top.turning(o), Torsion.set_speed, table, {})
-
-
-def below(parameters: Parameters, depth: Numeric) -> top.Below:
-    """The string below the drive, to a depth [m]."""
-    (inertia, stiffness), model = rotating(parameters.drillstring, depth), Torsion()
-
-    def string(kind: str, wob: Numeric, more: Mapping[str, Numeric]) -> String:
-        one = with_values(parameters, {"drive.kind": kind})
-        return turning_string(
-            one, lambda speed: model.of_string(Values(one, Initial(), (depth, wob, speed)), Thresholds()) | dict(more)
-        )
-
-    seen = Seen(parameters.drive.inertia, inertia, stiffness, impedance(parameters.drillstring))
-    return top.Below(parameters.drive, seen, string, {"inertia": 1.0})
-
-
-def are_states(found: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with a drive of nsdrill."""
-    drives = Options(), Options(driven=1), Options(driven=1, motor=1)
-    return found in [(*names_of(one).states, "drive_angle") for one in drives]
-
-
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
     initial=Initial,
-    states=lambda parameters: (*names_of(Torsion().options_of(parameters)).states, "drive_angle"),
-    states_allowed=are_states,
-    sliced=("twist", "bit_speed", "drive_angle"),
+    states=lambda parameters: (*names_of(options_of(parameters)).states, "drive_angle"),
+    states_allowed=lambda found: top.have_states(found, lambda o: names_of(o).states, [Options()]),
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     responses=("stick_slip",),
     grazing=(STICK_ONSET,),

@@ -19,7 +19,6 @@ from nsdrill.models.drilling import (
     folds,
     interrupted,
     limits,
-    longest,
     narrow,
     overloaded,
     resting,
@@ -62,7 +61,7 @@ def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:
         return top.unlimited(model.columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds()))
 
     inertia, stiffness = map(float, rotating(parameters.drillstring, depth))
-    string, frequency = turning_string(parameters, table), math.sqrt(stiffness / inertia)
+    string, frequency = turning_string(parameters, wob, table), math.sqrt(stiffness / inertia)
     limit = top.limit_of(parameters.drive)
     return Drilling(string, speed, wob, 2 * float(parameters.bit.radius), frequency, stiffness, limit)
 
@@ -76,7 +75,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         "torsional_damping": DerivedQuantity(ratio, "1", "damping ratio of the torsional mode below a held top"),
         **drilling.quantities(),
         **_waves(string, operation.depth),
-        **below(parameters, operation.depth).quantities(parameters, drilling, operation.rotary_speed),
+        **below(parameters, operation.depth).quantities(drilling, operation.rotary_speed),
     }
 
 
@@ -114,7 +113,7 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return begins_above_onset(study, drilling_at)
 
 
-longest_period, stick_slip_folds = partial(longest, drilling_at), partial(folds, drilling_at)
+stick_slip_folds = partial(folds, drilling_at)
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:

@@ -91,3 +91,20 @@ DRAWN = Drawn(
     summary=("stick_slip_index", "stuck_fraction"),
     attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
 )
+
+
+def drawn_along(*histories: str) -> Drawn:
+    """What pictures show where the bit also moves along the hole, with these histories."""
+    return Drawn(
+        panels=(Panel("axial", "z", "axial_peaks", "axial_max"), *DRAWN.panels),
+        histories=histories,
+        planes=(("z", "vz"), *DRAWN.planes),
+        section=("section_axial", *DRAWN.section),
+        section_planes=(("section_axial", "section_axial_velocity"), *DRAWN.section_planes),
+        summary=(*DRAWN.summary, "lift_off_fraction"),
+        attractors=(
+            DRAWN.attractors[0],
+            (None, "lift_off_fraction", "Time off the rock"),
+            (None, "stick_slip_index", "Stick-slip index"),
+        ),
+    )

@@ -15,7 +15,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Level, Model, moved
+from nsdrill.models.base import Level, Model
 from nsdrill.models.operation import Values
 from nsdrill.models.own_quantities import (
     Measured,
@@ -105,15 +105,10 @@ class Variant:
         return self.names.states
 
     @cached_property
-    def first_order(self) -> int:
-        """How many states of first order follow the pairs."""
-        return self.model.first_order(self.options)
-
-    @cached_property
     def slope_names(self) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
         first order."""
-        return moved(self.states, self.first_order)
+        return self.names.moved
 
     @cached_property
     def pushed(self) -> tuple[str, ...]:
@@ -182,7 +177,7 @@ class Variant:
             len(self.names.parameters) if columns is None else columns,
             observed,
             tangent_states,
-            self.first_order,
+            self.names.first_order,
             implicit=sum(1 << slopes.index(name) for name in self.pushed),
         )
 
@@ -353,7 +348,7 @@ class Variant:
             return before, after
 
         jumping = []
-        for name in self.slope_names[: len(self.slope_names) - self.first_order]:
+        for name in self.slope_names[: len(self.slope_names) - self.names.first_order]:
             (before, after), (low, high) = ends(name, LEAST_VELOCITY), ends(name, SMALL_VELOCITY)
             if after < 0.0 < before and before - after > 0.5 * abs(low - high):
                 jumping.append(name)

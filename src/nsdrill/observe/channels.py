@@ -44,6 +44,25 @@ class Names:
     parameters: tuple[str, ...] = ()
     aux: tuple[str, ...] = ()
 
+    @property
+    def first_order(self) -> int:
+        """How many states of first order follow the pairs: there is a slope for each pair and
+        for each of these."""
+        return 2 * len(self.slopes) - len(self.states)
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """The states of which equations give the slopes: velocities, then those of first
+        order."""
+        return moved(self.states, self.first_order)
+
+
+def moved(states: tuple[str, ...], singles: int) -> tuple[str, ...]:
+    """The velocities of the pairs, then the last states, so many ``singles`` of first
+    order."""
+    pairs = len(states) - singles
+    return (*states[1:pairs:2], *states[pairs:])
+
 
 @dataclass(frozen=True)
 class Channel:

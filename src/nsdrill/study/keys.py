@@ -467,7 +467,7 @@ class Keys:
     @property
     def slices(self) -> tuple[str, ...]:
         """The states that a slice of starts may vary."""
-        return self.model.sliced or self.model.state_sets[0]
+        return self.model.sliced or tuple(n for n in self.model.state_sets[0] if f"initial.{n}" in self.leaves)
 
     def models_with(self, key: str) -> list[str]:
         """The names of the other models that have a ``key``."""

@@ -51,7 +51,7 @@ def _rows(bench: Bench, shift: float) -> dict[str, Any]:
     slopes = plain.values(bench.slopes, bench.inputs)
     frames = variant.frame_rates(bench.table)[0]
     rates: dict[str, Any] = {}
-    pairs = len(names.states) - variant.first_order
+    pairs = len(names.states) - variant.names.first_order
     for k, name in enumerate(names.states):
         is_position = k < pairs and k % 2 == 0
         rates[name] = bench.inputs[f"s.{names.states[k + 1]}"] + frames[k // 2] if is_position else slopes[name]

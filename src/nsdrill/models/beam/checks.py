@@ -82,7 +82,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         )
     if parameters.drive.ideal:
         return quantities
-    return quantities | below(parameters, operation.depth).quantities(parameters, drilling, operation.rotary_speed)
+    return quantities | below(parameters, operation.depth).quantities(drilling, operation.rotary_speed)
 
 
 def drilling_at(parameters: Parameters, operation: Operation) -> Drilling:

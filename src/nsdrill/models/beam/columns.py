@@ -18,7 +18,9 @@ from nsdrill.models.christoforou_yigit.columns import values_of_string
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.registry import described, of_known_models
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.tree import lane_values, lanes_of, leaves, with_values
+from nsdrill.observe.channels import Names
 from nsdrill.variables import MODEL
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
@@ -172,6 +174,12 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*AUX, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL_AUX))
 
 
+@lru_cache
+def names_of(options: Options) -> Names:
+    """The names of the rows."""
+    return Names(states_of(options), slopes_of(options), columns_of(options), aux_of(options))
+
+
 def coefficients(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric) -> Coefficients:
     """The lumped coefficients (:mod:`nsdrill.models.christoforou_yigit.coefficients`),
     those of the first mode among them, without the factor of the modal mass."""
@@ -243,7 +251,7 @@ def shape(place: Numeric, mode: int) -> Numeric:
     return one_by_one(math.sin, mode * math.pi * np.asarray(place, dtype=float))
 
 
-def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
+def of_string(points: Values, thresholds: Thresholds) -> dict[str, Numeric]:
     """The lane parameters of string, collar and bit by name, numbers or arrays over the
     points."""
     parameters: Parameters = points.parameters
@@ -252,7 +260,7 @@ def of_string(points: Values, stuck_below: float) -> dict[str, Numeric]:
     depth, wob, speed = points.operation
     lumped = as_lumped(parameters)
     k = derive(lumped, depth, wob, speed)
-    values: dict[str, Numeric] = values_of_string(lumped, k, wob, speed, stuck_below)
+    values: dict[str, Numeric] = values_of_string(lumped, k, wob, speed, thresholds.stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e

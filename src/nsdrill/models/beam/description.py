@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from nsdrill.models import top
 from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, Options, as_lumped, options_of, states_of
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, RULES, Initial, Parameters
 from nsdrill.models.christoforou_yigit import columns as lumped
@@ -38,19 +39,6 @@ MODE_VARIABLES = tuple(
 )
 
 
-def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a collar with so many modes and this drive, the angle of the
-    drive last."""
-    return (*states_of(options_of(parameters)), "drive_angle")
-
-
-def are_states(found: tuple[str, ...]) -> bool:
-    """Whether these are the states of a collar with any number of modes and a drive of nsdrill
-    that is not ideal."""
-    drives = (Options(n, driven=1, motor=motor) for n in STATE_SETS for motor in (0, 1))
-    return found in [(*states_of(one), "drive_angle") for one in drives]
-
-
 def friction_rates(points: Values) -> Mapping[str, Numeric]:
     """The rates of the lumped model with the same numbers."""
     return lumped.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
@@ -71,11 +59,11 @@ DESCRIPTION = Description(
     parameters=Parameters,
     initial=Initial,
     meanings=MEANINGS,
-    states=states,
+    states=lambda parameters: (*states_of(options_of(parameters)), "drive_angle"),
     friction_rates=friction_rates,
     explicit_only=explicit_only,
     sliced=(*FIRST_MODE, *COMMON, "drive_angle"),
-    states_allowed=are_states,
+    states_allowed=lambda found: top.have_states(found, states_of, map(Options, STATE_SETS)),
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(

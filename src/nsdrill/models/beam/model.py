@@ -18,6 +18,7 @@ from nsdrill.models.beam.columns import (
     as_lumped,
     bent_against_wall,
     coefficients,
+    names_of,
     options_of,
     shape,
     states_below,
@@ -25,7 +26,7 @@ from nsdrill.models.beam.columns import (
 )
 from nsdrill.models.beam.drives import values_of
 from nsdrill.models.beam.equations import equations
-from nsdrill.models.beam.observed import declaration_of, names_of
+from nsdrill.models.beam.observed import declaration_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit.collar import (
     CollarInHole,
@@ -39,7 +40,6 @@ from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
-from nsdrill.observe.channels import Declaration, Names
 
 State = Mapping[str, Array]
 
@@ -57,21 +57,16 @@ class ElasticCollar(CollarInHole[Parameters]):
 
     name = "beam"
     equations = staticmethod(equations)
-    set_speed = "set_speed"
-    options = Options
+    options, options_of, names = Options, staticmethod(options_of), staticmethod(names_of)
+    declaration, columns = staticmethod(declaration_of), staticmethod(values_of)
     widest = Options(driven=1)
-    relative = ("twist", "lag")
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
-
-    def options_of(self, parameters: Parameters) -> Options:
-        return options_of(parameters)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
         names = self.names(options).states
-        if options.driven:
-            motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
+        motor.check_holds(points.parameters.drive, self.columns(points, Thresholds()))
         pairs = (
             (names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
             for n in range(1, options.modes + 1)
@@ -82,15 +77,6 @@ class ElasticCollar(CollarInHole[Parameters]):
             tuple(range(len(names))),
             tuple(pairs),
         )
-
-    def names(self, o: Options) -> Names:
-        return names_of(o)
-
-    def declaration(self, o: Options) -> Declaration:
-        return declaration_of(o)
-
-    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        return values_of(points, thresholds)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scale of each state: of a mode a tenth of the gap, and that times its
@@ -137,12 +123,6 @@ class ElasticCollar(CollarInHole[Parameters]):
         if initial.wall_force is not None:  # type: ignore[attr-defined]
             values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | bent_against_wall(points)
         return values
-
-    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
-        """All states from those of the start; a drive begins with the set speed unless the
-        study says otherwise."""
-        of_drive = top.start_of(points.parameters.drive)
-        return {**self.initial_values(points, ("lag", "drive_speed")), **of_drive, **values}
 
     def sliced(self, points: Values[Parameters], number: Array) -> dict[str, Array]:
         """In the study's start, the states of the first mode have no number."""

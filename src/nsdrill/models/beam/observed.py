@@ -22,7 +22,7 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import choose, fma, greater, sqrt
 from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models import top
-from nsdrill.models.beam.columns import Options, aux_of, columns_of, slopes_of, states_of
+from nsdrill.models.beam.columns import Options
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.observed import SHARED, on_rock, wall_force
 from nsdrill.models.friction import hyperbolic
@@ -35,7 +35,6 @@ from nsdrill.observe.channels import (
     Extremes,
     Feature,
     Mean,
-    Names,
     Outputs,
     Passages,
     Section,
@@ -58,12 +57,6 @@ OUTPUTS = (
     "wall_surface_speed",
     "rock_torque",
 )
-
-
-@lru_cache
-def names_of(options: Options) -> Names:
-    """The names of the rows."""
-    return Names(states_of(options), slopes_of(options), columns_of(options), aux_of(options))
 
 
 def fused(factors: Sequence[Node], others: Sequence[Node]) -> Node:

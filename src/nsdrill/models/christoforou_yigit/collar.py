@@ -42,11 +42,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model
+from nsdrill.models.base import Array
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, cut_of, static_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.driven import Driven
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric, P, Values
 from nsdrill.models.responses import STALLED, WHIRL, Stalled, Thresholds
@@ -199,7 +200,7 @@ def resting_height(wob: Numeric, axial_stiffness: Numeric, rock_stiffness: Numer
     return -np.asarray(wob) / (axial_stiffness + np.where(np.less(wob, 0.0), 0.0, rock_stiffness))
 
 
-class CollarInHole(Model[P]):
+class CollarInHole(Driven[P]):
     """Every string of such a model has the lane parameters of the hole, the rock and
     the set speed."""
 

@@ -7,21 +7,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from nsdrill.data import Array, Attributes
-from nsdrill.models import surface
-from nsdrill.models.blades import MOST_STATES
+from nsdrill.models import surface, top
+from nsdrill.models.blades import MOST_STATES, SURFACES
 from nsdrill.models.christoforou_yigit.columns import (
     DRIVEN_STATE_NAMES,
     MOTOR_STATE_NAMES,
     STATE_NAMES,
+    Options,
     friction_rates,
     is_used,
+    options_of,
+    states_of,
 )
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, RULES
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, TORQUES, laws_that_read
 from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.numbers import DRILLED
-from nsdrill.models.own_drives import number_of, rows_of
 from nsdrill.models.parts import values_at
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.sections import MEANINGS
@@ -29,23 +31,6 @@ from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
 from nsdrill.variables import MODEL, Variable, at_section, feature, flag, fraction, in_trace, last_peaks
 
 STATE_SETS = (STATE_NAMES, DRIVEN_STATE_NAMES, MOTOR_STATE_NAMES)
-
-
-def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a string with this drive, the angle of the set point
-    last."""
-    rock, driven = parameters.bit.rock, STATE_NAMES if parameters.drive.ideal else DRIVEN_STATE_NAMES
-    names = MOTOR_STATE_NAMES if parameters.drive.electric else driven
-    of_rock = surface.names(rock.states) if rock.regenerative else ()
-    return (*names[:-1], *of_rock, *rows_of(number_of(parameters.drive.kind)), names[-1])
-
-
-def are_states(found: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with any allowed number of states of the
-    surface."""
-    count = sum(name.startswith("surface_") for name in found)
-    allowed = [(*one[:-1], *surface.names(count), one[-1]) for one in STATE_SETS]
-    return 2 <= count <= MOST_STATES and found in allowed
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
@@ -382,9 +367,9 @@ DESCRIPTION = Description(
     parameters=Parameters,
     initial=Initial,
     meanings={**MEANINGS_OF_LAWS},
-    states=states,
+    states=lambda parameters: (*states_of(options_of(parameters)), "drive_angle"),
     several_states=STATE_SETS,
-    states_allowed=are_states,
+    states_allowed=lambda found: top.have_states(found, states_of, (Options(surface=count) for count in SURFACES)),
     labels=LABELS,
     features=FEATURES,
     derived=DRILLED,

@@ -35,10 +35,9 @@ from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import values_of
 from nsdrill.models.operation import History, Numeric, Values
-from nsdrill.models.own_drives import numbered, own_drive
+from nsdrill.models.own_drives import numbered
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
-from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record
 
 STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
@@ -51,19 +50,9 @@ class ChristoforouYigit(CollarInHole[Parameters]):
     equations = staticmethod(equations)
     solved = staticmethod(observed.solved)
     contacts = ("rock", "wall")
-    set_speed = "set_speed"
-    relative = ("twist", "lag")
-    options = Options
+    options, options_of, names = Options, staticmethod(options_of), staticmethod(observed.names_of)
+    declaration = staticmethod(observed.declaration_of)
     widest = Options(driven=1, stabilizer=1, weight=1, implicit=1, surface=2)
-
-    def options_of(self, parameters: Parameters) -> Options:
-        return options_of(parameters)
-
-    def names(self, o: Options) -> Names:
-        return observed.names_of(o)
-
-    def declaration(self, o: Options) -> Declaration:
-        return observed.declaration_of(o)
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":
@@ -164,11 +153,6 @@ class ChristoforouYigit(CollarInHole[Parameters]):
 
     # The start
 
-    def start_names(self, o: Options) -> tuple[str, ...]:
-        """Those of every string; a drive has natural values unless the study gives
-        them."""
-        return STATE_NAMES
-
     def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         turning = super().steady(points)
         if points.parameters.bit.rock.regenerative:  # z is that above steady drilling
@@ -202,18 +186,16 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         """All states from those of the start. Those of frozen modes replace it: there
         the bit carries the whole weight, and the pipe's spring none."""
         parameters, (_, wob, speed) = points.parameters, points.operation
-        drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
-        if (own := own_drive(parameters.drive.kind)) is not None:
-            drive |= own.start
+        others: dict[str, Numeric] = {"motor_impulse": 0.0}
         frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
         if parameters.bit.rock.regenerative:
             cut = cut_of(parameters, wob, points.operation[2])
-            drive |= surface.steady(cut.depth, options_of(parameters).surface)
+            others |= surface.steady(cut.depth, options_of(parameters).surface)
         elif "z" in frozen:
             frozen["z"] = _carried(parameters, wob)
         if "bit_speed" in frozen:
             frozen["bit_speed"] = speed
-        return {**drive, **values, **frozen}
+        return super().complete_states(points, {**others, **values, **frozen})
 
     # What is observed
 

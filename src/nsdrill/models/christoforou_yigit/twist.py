@@ -4,17 +4,14 @@ modes frozen."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
 from nsdrill.equations.motion import Motion
-from nsdrill.models import surface
+from nsdrill.models import surface, top
 from nsdrill.models.christoforou_yigit.coefficients import cut_of
 from nsdrill.models.christoforou_yigit.columns import columns_of, options_of, pairs_of, states_of
 from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Numeric
-from nsdrill.models.own_drives import rows_of
-from nsdrill.models.steady import String, Turning
+from nsdrill.models.steady import String
 from nsdrill.models.tree import with_values
 
 # Without further forces on the collar, and with the modes that do not turn frozen. Numbers
@@ -40,23 +37,17 @@ def that_only_turns(parameters: Parameters) -> Parameters:
     return with_values(parameters, ALONE)
 
 
-def turning_string(parameters: Parameters, wob: Numeric, table: Callable[[Numeric], Mapping[str, Numeric]]) -> String:
+def turning_string(parameters: Parameters, wob: Numeric, table: top.Table) -> String:
     """A string that only turns with its drive, which has no limit, under a weight on
     bit [N], with the lane parameters that ``table`` gives at set speeds [rad/s]. The
     rock has a stiffness of 1 N/m, which affects nothing but where the bit is."""
     options = options_of(parameters)._replace(limited=0)
     states = states_of(options)
-    turning = Turning(
-        ("lag", "twist") if options.driven else ("twist",),
-        ("drive_speed", "bit_speed") if options.driven else ("bit_speed",),
-        ("motor_torque",) if options.motor else rows_of(options.drive),
-    )
     pairs = pairs_of(options)
     velocities = (*pairs[1::2], *states[len(pairs) :])
     motion = Motion(equations, options, states, columns_of(options), velocities)
     if options.surface:
         rest = {"z": 0.0, **surface.steady(cut_of(parameters, wob, 1.0).depth, options.surface)}
-        return String(motion, turning, "set_speed", table, rest)
-    return String(
-        motion, turning, "set_speed", lambda speed: {**table(speed), "rock_stiffness": 1.0}, {"z": -1.0 * wob}
-    )
+        return String(motion, top.turning(options), "set_speed", table, rest)
+    soft = lambda speed: {**table(speed), "rock_stiffness": 1.0}  # noqa: E731
+    return String(motion, top.turning(options), "set_speed", soft, {"z": -1.0 * wob})

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
-from nsdrill.models.drilling import Drilling, drillings, longest, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns, drives
@@ -93,9 +92,7 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         "torsional": DerivedQuantity(drilling.frequency, "rad/s", "torsional frequency"),
     }
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
-    return quantities | drives.below(parameters, operation.depth).quantities(
-        parameters, drilling, operation.rotary_speed
-    )
+    return quantities | drives.below(parameters, operation.depth).quantities(drilling, operation.rotary_speed)
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
@@ -125,6 +122,3 @@ def _constant_feed(corners: list[Values]) -> str | None:
         "Constant hook load: drillstring.axial_stiffness is 0, so that the bit may advance faster or slower than in "
         "steady drilling; axial_min and axial_max then contain this drift."
     )
-
-
-longest_period = partial(longest, drilling_at)

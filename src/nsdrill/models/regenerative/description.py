@@ -6,10 +6,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models import surface
-from nsdrill.models.blades import MOST_STATES, of_wear_flats
+from nsdrill.models import surface, top
+from nsdrill.models.blades import MOST_STATES, SURFACES, of_wear_flats
 from nsdrill.models.drive_rules import DRIVE_RULES
-from nsdrill.models.model_description import STICK_ONSET, Description, Drawn, Panel
+from nsdrill.models.model_description import STICK_ONSET, Description
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative.columns import Options, names_of, options_of, string_of
@@ -17,24 +17,10 @@ from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.rules import Order
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING, drawn_along
 from nsdrill.models.whole_string import MEASURED, WHOLE_STRING, has_sections, is_measured
 
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
-
-
-def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states, the angle of the drive last."""
-    return (*names_of(options_of(parameters)).states, "drive_angle")
-
-
-def are_states(found: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with any allowed number of states of the
-    surface."""
-    count = sum(name.startswith("surface_") for name in found)
-    drives = Options(count), Options(count, driven=1), Options(count, driven=1, motor=1)
-    named = [(*names_of(one).states, "drive_angle") for one in drives]
-    return 2 <= count <= MOST_STATES and found in named
 
 
 def friction_rates(points: Values[Parameters]) -> dict[str, Numeric]:
@@ -61,9 +47,8 @@ DESCRIPTION = Description(
         "bit": "The drag bit: its blades, and the rock that they cut",
         "initial.bit_speed": "Bit speed; null: the set speed",
     },
-    states=states,
-    states_allowed=are_states,
-    sliced=("z", "vz", "twist", "bit_speed", "drive_angle"),
+    states=lambda parameters: (*names_of(options_of(parameters)).states, "drive_angle"),
+    states_allowed=lambda found: top.have_states(found, lambda o: names_of(o).states, map(Options, SURFACES)),
     checks="nsdrill.models.regenerative.checks",
     responses=("bit_bounce", "stick_slip"),
     grazing=(STICK_ONSET,),
@@ -80,11 +65,8 @@ DESCRIPTION = Description(
     untraced=known_in_trace(*surface.names(MOST_STATES)),
     shown=(
         *TURNING[3:],
-        "stick_slip_period",
-        "lift_off_fraction",
-        "turned_back",
-        "rate_of_penetration",
-        "mechanical_specific_energy",
+        *("stick_slip_period", "lift_off_fraction", "turned_back"),
+        *(one.name for one in DRILLED),
         "surface_torque_max",
     ),
     compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None, "lift_off_fraction": None},
@@ -98,20 +80,5 @@ DESCRIPTION = Description(
     compiled=("bit.blades",),
     example_axis=("bit.wear_length", "1 mm", "6 mm"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
-    drawn=Drawn(
-        panels=(
-            Panel("axial", "z", "axial_peaks", "axial_max"),
-            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
-        ),
-        histories=("z", "interference", "bit_speed", "bit_force", "bit_torque"),
-        planes=(("z", "vz"), ("twist", "bit_speed")),
-        section=("section_axial", "section_twist", "section_bit_speed"),
-        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
-        summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
-        attractors=(
-            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
-            (None, "lift_off_fraction", "Time off the rock"),
-            (None, "stick_slip_index", "Stick-slip index"),
-        ),
-    ),
+    drawn=drawn_along("z", "interference", "bit_speed", "bit_force", "bit_torque"),
 )

@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.models import motor, on_surface, surface, top
-from nsdrill.models.base import Array, Model, Symmetry
+from nsdrill.models.base import Array, Symmetry
+from nsdrill.models.driven import Driven
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.regenerative import columns, drives
 from nsdrill.models.regenerative.columns import Options
@@ -17,32 +18,22 @@ from nsdrill.models.regenerative.equations import equations
 from nsdrill.models.regenerative.observed import declaration_of
 from nsdrill.models.regenerative.parameters import Parameters
 from nsdrill.models.responses import Thresholds
-from nsdrill.observe.channels import Declaration, Names
+from nsdrill.observe.channels import Declaration
 
 
-class Regenerative(Model[Parameters]):
+class Regenerative(Driven[Parameters]):
     """States are position and velocity of the bit, its twist and speed, lag and speed of a
     drive that is not ideal, the coefficients of the surface, and the torque of a motor."""
 
     name = "regenerative"
     equations = staticmethod(equations)
     contacts = ("rock",)
-    set_speed = "set_speed"
-    relative = ("twist", "lag")
-    options = Options
+    options, options_of, names = Options, staticmethod(columns.options_of), staticmethod(columns.names_of)
+    columns = staticmethod(drives.values_of)
     widest = Options(driven=1)
-
-    def options_of(self, parameters: Parameters) -> Options:
-        return columns.options_of(parameters)
-
-    def names(self, o: Options) -> Names:
-        return columns.names_of(o._replace(implicit=0))
 
     def declaration(self, o: Options) -> Declaration:
         return declaration_of(o.surface, o.driven)
-
-    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
-        return drives.values_of(points, thresholds)
 
     def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """Nothing depends on the angle of the drive; with a constant hook load nothing
@@ -73,9 +64,6 @@ class Regenerative(Model[Parameters]):
 
     # The start
 
-    def start_names(self, o: Options) -> tuple[str, ...]:
-        return "z", "vz", "twist", "bit_speed", "drive_angle"
-
     def hanging(self, points: Values[Parameters]) -> float | None:
         """Without weight nothing is cut."""
         return 0.0
@@ -86,8 +74,7 @@ class Regenerative(Model[Parameters]):
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start, with the surface of steady drilling."""
         depth, count = columns.steady_of(points)["depth"], columns.options_of(points.parameters).surface
-        driven = {**self.initial_values(points, ("lag", "drive_speed")), **top.start_of(points.parameters.drive)}
-        return {**driven, **surface.steady(depth, count), **values}
+        return super().complete_states(points, {**surface.steady(depth, count), **values})
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists from zero to one and a half times that of steady drilling, bit speeds

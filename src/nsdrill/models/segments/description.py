@@ -15,7 +15,7 @@ from nsdrill.errors import Fault
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, of_the_rock, of_wear_flats
 from nsdrill.models.drive_laws import COMPENSATED, goes_by_torque
-from nsdrill.models.model_description import Description, Drawn, Panel
+from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric, Values
 from nsdrill.models.own_drives import number_of
@@ -35,7 +35,7 @@ from nsdrill.models.segments.parameters import (
 )
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING, drawn_along
 from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, WHOLE_STRING, has_sections, is_measured
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -255,7 +255,6 @@ DESCRIPTION = Description(
     checks="nsdrill.models.segments.checks",
     charts="nsdrill.models.segments.checks",
     states_allowed=are_states,
-    sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
     labels=known("stick_slip_severity", "bounce_severity", "beyond_validity"),
     features=(
@@ -284,41 +283,16 @@ DESCRIPTION = Description(
     ),
     untraced=(*_INNER, *known_in_trace(*surface.names(MOST_STATES))),
     shown=(
-        "stick_slip_index",
-        "stuck_fraction",
-        "stick_slip_period",
-        "lift_off_fraction",
-        "turned_back",
-        "bit_force_max",
-        "surface_torque_max",
-        "rate_of_penetration",
-        "mechanical_specific_energy",
+        *TURNING[3:],
+        *("stick_slip_period", "lift_off_fraction", "turned_back", "bit_force_max", "surface_torque_max"),
+        *(one.name for one in DRILLED),
     ),
-    compared={
-        **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
-        "stuck_fraction": None,
-        "lift_off_fraction": None,
-    },
-    distinguishing=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None, "lift_off_fraction": None},
+    distinguishing=(*TURNING[:2], *TURNING[3:], "lift_off_fraction"),
     orders=ORDERS,
     rules=RULES,
     compiled=("bit.lobes", "bit.rock.blades"),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
-    drawn=Drawn(
-        panels=(
-            Panel("axial", "z", "axial_peaks", "axial_max"),
-            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
-        ),
-        histories=("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
-        planes=(("z", "vz"), ("twist", "bit_speed")),
-        section=("section_axial", "section_twist", "section_bit_speed"),
-        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
-        summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
-        attractors=(
-            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
-            (None, "lift_off_fraction", "Time off the rock"),
-            (None, "stick_slip_index", "Stick-slip index"),
-        ),
-    ),
+    drawn=drawn_along("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
 )
