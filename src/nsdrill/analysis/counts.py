@@ -150,7 +150,7 @@ def outrun(results: Results) -> Answer:
                 is_none = np.zeros(shares.shape, dtype=bool)
                 for name in _ends(variable, results.attrs):
                     if name in results.variables:
-                        is_none |= ~np.isfinite(np.asarray(results[name])[ended])
+                        is_none |= np.isnan(np.asarray(results[name])[ended])
                 no_number = int(np.count_nonzero(is_none & (shares > MOST_OUTRUN)))
                 found[str(variable.signal)] = {"runs": runs, "of": int(shares.size), "no_number": no_number}
     return found
