@@ -16,7 +16,17 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
-from nsdrill.models.drilling import Drilling, drillings, interrupted, narrow, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import (
+    Drilling,
+    drillings,
+    drooping,
+    interrupted,
+    narrow,
+    overloaded,
+    resting,
+    stalling,
+    swinging,
+)
 from nsdrill.models.drive_laws import (
     LAWS,
     UNLIMITED,
@@ -253,6 +263,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     return [
         overloaded(found, format_value),
         resting(found, format_value),
+        drooping(found, format_value),
         stalling(found, format_value),
         aggressive(
             of(parameters, operation),
