@@ -76,6 +76,15 @@ def test_a_frequency_is_no_speed_of_rotation(text):
         to_si(text, "rad/s")
 
 
+@pytest.mark.parametrize("text", ["3 Hz", "3 kHz", "3 hertz"])
+def test_a_frequency_is_no_rate(text):
+    """Which may be one of radians; where a frequency is wanted it is one, also without its name."""
+    with pytest.raises(QuantityError, match="whether a cycle is 1 or 2 pi here: write 1/s"):
+        to_si(text, "1/s")
+    assert to_si(text, "Hz") == pytest.approx(3000.0 if "k" in text else 3.0)
+    assert to_si("3 1/s", "Hz") == 3.0
+
+
 def test_damping_without_its_radian_is_refused():
     with pytest.raises(QuantityError, match=r"N\*m\*s/rad"):
         to_si("50 N*m*s", "N m s/rad")

@@ -126,8 +126,8 @@ class Quantity:
 
 
 def short(number: float) -> str:
-    """A number with :data:`DIGITS`, or all before the point."""
-    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.{DIGITS}g}"
+    """A number with :data:`DIGITS`, or all before the point where these are not many."""
+    return f"{number:.0f}" if 1e4 <= abs(number) < 1e12 else f"{number:.{DIGITS}g}"
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:

@@ -144,6 +144,12 @@ def to_si(text: str, units: str) -> float:
     base, target = _factor_and_dimensions(units, units, units)
     if dimensions != target:
         raise _wrong_dimension(text, units, unit, dimensions)
+    if counts_cycles(unit) and not counts_cycles(units):
+        raise QuantityError(
+            f"{quoted(text)}, a number of cycles in a second",
+            allowed_units(units),
+            f"'{unit}' does not say whether a cycle is 1 or 2 pi here: write 1/s.",
+        )
     try:
         return float(_exact(number) * factor / base) + 0.0  # + 0.0: no negative zero
     except ValueError:
@@ -169,6 +175,11 @@ def _exact(number: str) -> Fraction:
     if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
         raise OverflowError(number)
     return Fraction(number)
+
+
+def counts_cycles(units: str) -> bool:
+    """Whether such a unit is one of frequency by its name, as Hz is, and 1/s is not."""
+    return bool(units) and not {"Hz", "hertz"}.isdisjoint(_parts_of(name)[1] for name, _ in _powers(_tidy(units)))
 
 
 def is_unit(text: str) -> bool:

@@ -82,6 +82,21 @@ def test_speeds_are_those_of_the_balance_of_motor_and_bit():
     assert figures["stick_slip_fold"].value > figures["stick_slip_onset"].value
 
 
+def test_a_drive_that_turns_much_slower_than_it_is_set_is_told():
+    """At 23.53 rad/s the bit turns at 5.0: without a word a safe window was one of another speed. One
+    that holds its speed is not told of."""
+    told = [one for one in check(parse_study(SOFT.format(23.53))).warnings if one.startswith("Slower than set")]
+    assert len(told) == 1
+    balance = brentq(lambda w: set_speed_of(w) - 23.53, 4.5, 8.0)
+    assert "at a set speed of 23.53 rad/s" in told[0]
+    assert f"turns at {balance:.4g} rad/s" in told[0]
+    assert f"To turn at 23.53 rad/s, set {set_speed_of(23.53):.4g} rad/s" in told[0]
+    stiff = SOFT.format(23.53).replace(
+        "kind: pi, inertia: 2122 kg*m^2, stiffness: 0", "kind: pi, inertia: 2122 kg*m^2, stiffness: 500"
+    )
+    assert not any("Slower" in one for one in check(parse_study(stiff)).warnings)
+
+
 def test_a_set_speed_without_a_balance_that_turns_is_told():
     """8500 N m at rest and less in motion: less than the bit takes to turn."""
     slow, fast = (check(parse_study(SOFT.format(speed))) for speed in (20, 35))

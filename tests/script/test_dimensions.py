@@ -176,3 +176,29 @@ def test_a_ratio_is_known_to_have_no_dimension(script):
     script(ratio.format(**{**RIGHT, "inside": "first", "first": "loose + x / arm"}), "dims")
     with pytest.raises(NsdrillError, match="a sum of values without a dimension and in m"):
         script(ratio.format(**{**RIGHT, "inside": "first", "first": "loose + x"}), "dims")
+
+
+@pytest.mark.parametrize(
+    ("angle", "units", "is_refused"),
+    [
+        ("f * t", "Hz", True),
+        ("3 * t * f", "Hz", True),
+        ("f * t + 0.5", "Hz", True),
+        ("2 * np.pi * f * t", "Hz", False),
+        ("2 * np.pi * (f * t)", "Hz", False),
+        ("f * t", "rad/s", False),
+        ("f * t", "1/s", False),
+    ],
+)
+def test_cycles_that_are_radians_are_refused(script, angle, units, is_refused):
+    """A frequency in Hz in a cosine of f * t is wrong by 2 pi."""
+    text = f'''
+@nsdrill.model
+def shaken(t, x=0.1, v=0.0, *, f=number(2.0, "{units}")):
+    return v, -x - v + np.cos({angle})
+'''
+    if not is_refused:
+        assert script(text, "cycles").shaken.study(f=f"3 {units}").parameters.parameters.f == 3.0
+        return
+    with pytest.raises(nsdrill.InputError, match=r"f is in Hz.*allowed: 2 \* np\.pi \* f \* t, or f in rad/s"):
+        script(text, "cycles")

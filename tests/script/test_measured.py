@@ -1,11 +1,16 @@
 """What a script measures of its model besides its states."""
 
+import json
+import warnings
+
 import numpy as np
 import pytest
 
 import nsdrill
 from nsdrill.errors import NsdrillError
 from nsdrill.testing import check_model
+
+from .conftest import command
 
 BLOCK = """MU = 0.3
 
@@ -84,3 +89,46 @@ def test_a_faulty_feature_is_refused_and_leaves_the_model_as_it_is(script, fault
     assert block.study().model.name == "block"
     assert block.reading.digest == digest
     assert [one.name for one in block.measures] == ["power", "pushed"]
+
+
+INFINITE = """
+@nsdrill.model
+def osc(x=0.1, v=0.0, *, k=1.0):
+    return v, -k * x - 0.5 * v
+
+
+@osc.feature("pole", greatest=True)
+def pole(x, k):
+    return k / max(1.0 - k, 0.0) + x
+
+
+@osc.feature("large", greatest=True)
+def large(x, k):
+    return 1e200 * k + x
+
+
+@osc.feature("everywhere", greatest=True)
+def everywhere(x, k):
+    return k / (x * 0.0)
+"""
+
+
+def test_a_feature_that_is_infinite_is_told_as_such(script, tmp_path):
+    """Not as one that no run has; numbers of hundreds of digits have an exponent."""
+    study = script(INFINITE, "infinite").osc.study(k=[0.5, 2.0], transient=1, observe=5)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        nsdrill.run(study, tmp_path / "r.h5", progress=False, workers=1)
+    assert not [one for one in told if issubclass(one.category, RuntimeWarning) and "invalid" in str(one.message)]
+    (tmp_path / "infinite.py").write_text("import numpy as np\nimport nsdrill\n" + INFINITE, encoding="utf-8")
+    found = json.loads(command(tmp_path, "show", "r.h5", "--json", "--with", "infinite.py")[0])
+    assert {name: (one["runs"], one["of"]) for name, one in found["infinite"].items()} == {
+        "pole_max": (1, 2),
+        "everywhere_max": (2, 2),
+    }
+    assert not found["without"]
+    shown = command(tmp_path, "show", "r.h5", "--with", "infinite.py")[0]
+    assert "  everywhere_max              infinite in 2 of 2 runs         greatest everywhere\n" in shown
+    assert "  pole_max                    infinite in 1 of 2 runs         greatest pole\n" in shown
+    assert "no run has it" not in shown
+    assert "5e+199 to    2e+200" in shown

@@ -156,3 +156,40 @@ def test_a_guess_is_told_by_commands_and_kept(script, tmp_path, monkeypatch):
         assert "natural scale of y, v is that of the start" in told, line
     script(GROW, "grow")
     assert json.loads(nsdrill.open_results("r.h5").guessed_scales) == ["y", "v"]
+
+
+PARTS = """
+@nsdrill.model
+def beside(
+    t, x=0.1, v=0.0, y=nsdrill.number(0.0, scale=10.0), w=nsdrill.number(0.0, scale=10.0), *, push=1e-5, held=0.0
+):
+    return v, np.cos(t) - x - 0.1 * v, w, push * np.cos(2.9 * t) - 9 * (y - held) - 0.1 * w
+
+
+@nsdrill.model
+def growing(x=1.0, v=0.0, y=nsdrill.number(1e-8, scale=0.1), *, grow=0.2):
+    return v, -x - 0.01 * v, grow * y - y**3
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "parts"),
+    [
+        ("beside", {}, {"y, w": 1}),
+        ("beside", {"push": 0.0}, {}),  # exactly at rest
+        ("beside", {"push": 0.0, "y": 1.0}, {}),  # comes to rest from its size
+        ("beside", {"push": 1.0}, {}),
+        ("growing", {"observe": 60}, {"y": 1}),
+        ("growing", {"observe": 60, "y": 1e-3}, {}),
+        ("growing", {"observe": 60, "y": 0.0}, {}),
+    ],
+)
+def test_a_part_that_is_small_beside_others_is_told_by_name(script, name, given, parts):
+    model = getattr(script(PARTS, "parts"), name)
+    study = model.study(**{"transient": 0, "observe": 100, **given})
+    _, told = quiet(nsdrill.run, study, progress=False, workers=1)
+    small = [one for one in told if one.startswith("TOO SMALL")]
+    assert bool(small) == bool(parts)
+    for part in parts:
+        assert f"beside what moves, {part} in 1 of 1 run moves by less than 100 tolerances" in small[0]
+        assert "no state moves" not in small[0]

@@ -69,6 +69,9 @@ FAULTY = {
     "found a last stage that is not the first of the next step": {"b": [1 / 4, 1 / 4, 1 / 4, 1 / 4]},
     "in sum b c^3 = 1/4, of order 4": {"order": 4},
     "found embedded weights that are b": {"embedded": B},
+    "found embedded weights too close to b: the error of a step is 1e+06 times the one": {
+        "embedded": [b + 1e-6 * (e - b) for b, e in zip(B, SHAMPINE["embedded"], strict=True)]
+    },
     "found 3 numbers in embedded; allowed: 4": {"embedded": B[:3]},
     "found rows of 1, 1, 3 numbers": {"a": [[0.5], [0.75], A[2]]},
     "found what is no number": {"b": ["2/9", "1/3", "4/9", 0]},
@@ -82,6 +85,56 @@ def test_a_pair_that_does_not_hold_is_refused(words):
         nsdrill.pair("faulty", **{**SHAMPINE, **FAULTY[words]})
     assert words in str(raised.value)
     assert "test_pairs.py, line" in str(raised.value)
+
+
+# Of the literature, each with a last stage that is the first of the next step: Fehlberg 1969, Merson 1957, Cash & Karp
+# 1990, Zonneveld 1963 and Shu & Osher 1988, the order of b, and its weights and those of the embedded formula.
+FEHLBERG = [
+    [1 / 4], [3 / 32, 9 / 32], [1932 / 2197, -7200 / 2197, 7296 / 2197], [439 / 216, -8, 3680 / 513, -845 / 4104],
+    [-8 / 27, 2, -3544 / 2565, 1859 / 4104, -11 / 40],
+]  # fmt: skip
+FIFTH = [16 / 135, 0, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55]
+FOURTH = [25 / 216, 0, 1408 / 2565, 2197 / 4104, -1 / 5, 0]
+KARP = [
+    [1 / 5], [3 / 40, 9 / 40], [3 / 10, -9 / 10, 6 / 5], [-11 / 54, 5 / 2, -70 / 27, 35 / 27],
+    [1631 / 55296, 175 / 512, 575 / 13824, 44275 / 110592, 253 / 4096],
+]  # fmt: skip
+MERSON = [[1 / 3], [1 / 6, 1 / 6], [1 / 8, 0, 3 / 8], [1 / 2, 0, -3 / 2, 2]]
+LITERATURE = {
+    "heun": (2, [[1.0]], [1 / 2, 1 / 2], [1, 0]),
+    "midpoint": (2, [[1 / 2]], [0, 1], [1, 0]),
+    "fehlberg_1": (
+        2, [[1 / 2], [1 / 256, 255 / 256]], [1 / 512, 255 / 256, 1 / 512], [1 / 256, 255 / 256, 0],
+    ),
+    "shu_osher": (3, [[1], [1 / 4, 1 / 4]], [1 / 6, 1 / 6, 2 / 3], [1 / 2, 1 / 2, 0]),
+    "merson": (4, MERSON, [1 / 6, 0, 0, 2 / 3, 1 / 6], [1 / 10, 0, 3 / 10, 2 / 5, 1 / 5]),
+    "zonneveld": (
+        4, [[1 / 2], [0, 1 / 2], [0, 0, 1], [5 / 32, 7 / 32, 13 / 32, -1 / 32]], [1 / 6, 1 / 3, 1 / 3, 1 / 6, 0],
+        [-1 / 2, 7 / 3, 7 / 3, 13 / 6, -16 / 3],
+    ),
+    "fehlberg_5": (5, FEHLBERG, FIFTH, FOURTH),
+    "fehlberg_4": (4, FEHLBERG, FOURTH, FIFTH),
+    "karp": (
+        5, KARP, [37 / 378, 0, 250 / 621, 125 / 594, 0, 512 / 1771],
+        [2825 / 27648, 0, 18575 / 48384, 13525 / 55296, 277 / 14336, 1 / 4],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LITERATURE)
+def test_a_pair_of_the_literature_passes_and_a_thousandth_of_its_estimate_does_not(name):
+    order, rows, b, embedded = LITERATURE[name]
+    rows, b, embedded = [*rows, b], [*b, 0.0], [*embedded, 0.0]
+    assert own_pairs.fault_of(rows, b, embedded, order) == ""
+    near = [one + 1e-3 * (other - one) for one, other in zip(b, embedded, strict=True)]
+    assert own_pairs.fault_of(rows, b, near, order).startswith("embedded weights too close to b")
+
+
+def test_the_conditions_are_those_of_the_table():
+    """Of Hairer, Norsett & Wanner: 1, 1, 2, 4, 9 and 20 trees."""
+    assert [len(own_pairs.trees_of(order)) for order in range(1, 7)] == [1, 1, 2, 4, 9, 20]
+    condition = own_pairs.fault_of([[0.5], [0.0, 0.5]], [0.0, 0.5, 0.0], [1.0, 0.0, 0.0], 2)
+    assert condition == "b that is off by 0.5 in sum b = 1, of order 1; allowed: at most 1e-13"
 
 
 def test_the_name_of_a_pair_of_nsdrill_is_refused():

@@ -19,6 +19,7 @@ import numpy as np
 from nsdrill.analysis.planes import along_axis
 from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
+from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
 from nsdrill.variables import (
@@ -107,7 +108,7 @@ def of_scripts(attrs: Attributes) -> tuple[str, ...]:
 
 def _of_states(attrs: Attributes) -> tuple[str, ...]:
     scales = _natural_scales(attrs)
-    return (*_extremes(scales), *((STARTS,) if scales and not model_in(attrs).section else ()))
+    return (*_extremes(scales), *((STARTS, "settled") if scales else ()))
 
 
 def _natural_scales(attrs: Attributes) -> dict[str, float]:
@@ -150,7 +151,7 @@ def outrun(results: Results) -> Answer:
                 is_none = np.zeros(shares.shape, dtype=bool)
                 for name in _ends(variable, results.attrs):
                     if name in results.variables:
-                        is_none |= ~np.isfinite(np.asarray(results[name])[ended])
+                        is_none |= np.isnan(np.asarray(results[name])[ended])
                 no_number = int(np.count_nonzero(is_none & (shares > MOST_OUTRUN)))
                 found[str(variable.signal)] = {"runs": runs, "of": int(shares.size), "no_number": no_number}
     return found
@@ -223,6 +224,8 @@ def _no_number(found: Answer) -> str:
 # what is forced by more there; what swings by more is known to a per mille or so
 TOLERANCES = 2000.0
 AT_REST = 1e-4  # likewise: what swings by less rests
+# likewise, of a part beside one that moves: errors have moved one by 84, and one that friction holds creeps by 150
+PART = 100.0
 STARTS = "initial_state"  # the variable of the states from which runs start
 
 
@@ -230,29 +233,50 @@ def too_small(results: Results) -> Answer:
     """In how many (``runs``) of the runs that ended well (``of``) no state of a model of a script
     moves by :data:`TOLERANCES` of a step, and the ``most`` that one moves by in the run where
     it is least; empty where there is none. What is forced is to swing by as much; what is not
-    may come to rest from further away. A state that moves as little while another moves, and
-    errors that add up over many cycles, as with little damping, it does not see
-    (docs/trust.md)."""
-    # Single states are not named: how far one swings does not tell a part that errors move, 59 times too far at
-    # 84 tolerances, from one that friction holds, whose creep of 150 is known to a per mille.
+    may come to rest from further away. ``parts`` are position and velocity together, or one
+    state, that move by less than :data:`PART` while another part moves, or that grow from a start
+    below one tolerance and had not settled, each with its runs. Errors that add up over many
+    cycles, as with little damping, it does not see (docs/trust.md)."""
     scales = _natural_scales(results.attrs)
     if not scales or not all(name in results.variables for name in _of_states(results.attrs)):
         return {}
     is_forced, study = model_in(results.attrs).section, resolved_study(results.attrs)
     rtol, ended = float(study["simulation"]["rtol"]), np.asarray(results["status"]) == OK
-    most = np.zeros(ended.shape)
+    moves, grown = dict[str, Array](), dict[str, Array]()
     for name, scale in scales.items():
         high, low = np.asarray(results[f"{name}_max"]), np.asarray(results[f"{name}_min"])
         away = np.maximum(np.abs(high), np.abs(low))
-        if is_forced:
-            moved = high - low
-        else:
-            moved = 2.0 * np.maximum(away, _started(results, name))
-        most = np.maximum(most, moved / (rtol * (scale + away)))
-    small = ended & (most < TOLERANCES) & (most > AT_REST if is_forced else most > 0.0)
-    if not small.any():
+        start, tolerance = _started(results, name), rtol * (scale + away)
+        moves[name] = (high - low if is_forced else 2.0 * np.maximum(away, start)) / tolerance
+        is_tiny = (start > 0.0) & (start < rtol * scale) & (away > PART * rtol * scale)
+        grown[name] = is_tiny & (results["settled"] == 0) & (not is_forced) & (results.procedures == ("same",))
+    most = np.max(list(moves.values()), axis=0)
+    least = AT_REST if is_forced else 0.0
+    small = ended & (most < TOLERANCES) & (most > least)
+    parts = {}
+    for names in _parts(results.attrs, scales):
+        moved = np.max([moves[name] for name in names], axis=0)
+        is_small = (moved < PART) & (moved > AT_REST) & (most >= TOLERANCES)
+        if is_forced:  # one that comes to rest from further away rests
+            began = [_started(results, name) > 0.5 * PART * rtol * scales[name] for name in names]
+            is_small &= ~np.any(began, axis=0)
+        grows = np.any([grown[name] for name in names], axis=0)
+        grows &= np.all([grown[name] | (moves[name] == 0.0) for name in names], axis=0)
+        is_told = ended & (is_small | grows)
+        if is_told.any():
+            parts[", ".join(names)] = int(is_told.sum())
+    if not small.any() and not parts:
         return {}
-    return {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol, "most": float(most[small].min())}
+    found: Answer = {"runs": int(small.sum()), "of": int(ended.sum()), "rtol": rtol}
+    return found | ({"most": float(most[small].min())} if small.any() else {}) | ({"parts": parts} if parts else {})
+
+
+def _parts(attrs: Attributes, states: Iterable[str]) -> list[tuple[str, ...]]:
+    """Positions with their velocities, and the other states alone; without any velocity the first
+    two states, which are drawn over one another, are together."""
+    pairs = [(x, v) for x, v in model_in(attrs).drawn.planes]
+    paired = {name for pair in pairs for name in pair}
+    return [*pairs, *((name,) for name in states if name not in paired)]
 
 
 def _started(results: Results, state: str) -> Array:
@@ -270,11 +294,18 @@ ERRORS_ALONE = (
 
 def too_small_words(found: Answer) -> str:
     """What :func:`too_small` has found, in words."""
-    return (
-        f"in {found['runs']} of {count(found['of'], 'run')} no state moves by {TOLERANCES:g} tolerances of a step, "
-        f"which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude, in one by "
-        f"{found['most']:.2g}. {ERRORS_ALONE}"
-    )
+    of, told = count(found["of"], "run"), []
+    tolerance = f"a step, which is simulation.rtol, {found['rtol']:g}, times its natural scale and magnitude"
+    if found["runs"]:
+        told.append(
+            f"in {found['runs']} of {of} no state moves by {TOLERANCES:g} tolerances of {tolerance}, in one by "
+            f"{found['most']:.2g}"
+        )
+    if parts := found.get("parts"):
+        each = ", ".join(f"{name} in {runs} of {of}" for name, runs in parts.items())
+        what = "tolerances" if found["runs"] else f"tolerances of {tolerance}"
+        told.append(f"beside what moves, {each} moves by less than {PART:g} {what}, or grows from less than one")
+    return f"{'; '.join(told)}. {ERRORS_ALONE}"
 
 
 def guessed_scales(attrs: Attributes) -> list[str]:
@@ -292,7 +323,6 @@ def guessed_words(states: Sequence[str]) -> str:
     )
 
 
-OFF_SPEED = 0.1  # of the set speed: a drive that is further from it does not turn as it is set
 TOP_SPEED = "drive_speed_mean"
 TURNED = (TOP_SPEED, "settled")  # the variables that off_speed uses
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
-from nsdrill.analysis.counts import OFF_SPEED, TOP_SPEED, after_failure, beyond, known
+from nsdrill.analysis.counts import TOP_SPEED, after_failure, beyond, known
 from nsdrill.analysis.doubts import doubts_in
 from nsdrill.analysis.graded import drilled_runs, graded
 from nsdrill.analysis.grades import BOUNCE, driven_by_mud, lasting, spread_of
@@ -52,6 +52,7 @@ from nsdrill.data import (
 from nsdrill.errors import option
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.in_force import moved_thresholds
+from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
@@ -347,7 +348,7 @@ def _bounce_untold(results: Results) -> float | None:
 
 def _slower(maps: Classes, answer: Advice) -> Answer | None:
     """The mean speed of the ``drive`` at the setting, and the one that is ``set`` [rad/s], where it
-    turns slower by more than :data:`nsdrill.analysis.counts.OFF_SPEED` of that: one that droops,
+    turns slower by more than :data:`nsdrill.models.numbers.OFF_SPEED` of that: one that droops,
     or has not enough torque. None where it does not, and where a file does not say."""
     if answer.cell is None or TOP_SPEED not in maps.results.variables:
         return None

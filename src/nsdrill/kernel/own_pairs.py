@@ -1,17 +1,22 @@
 """Runge-Kutta pairs of scripts: checked against their order conditions, and known by name
 beside those of :mod:`nsdrill.kernel.steppers`.
 
-The conditions are those of Hairer, Norsett & Wanner, Solving Ordinary Differential
-Equations I, table II.2.1.
+The conditions are those of rooted trees: Hairer, Norsett & Wanner, Solving Ordinary
+Differential Equations I, section II.2 and table II.2.1.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.kernel.pairs import Pair
 from nsdrill.origin import Origin
 from nsdrill.records import dataclass
@@ -61,27 +66,89 @@ def pair_named(name: str) -> Pair:
     return STEPPERS[name] if name in STEPPERS else _known[name].pair
 
 
-def conditions(a: np.ndarray, c: np.ndarray) -> Iterator[tuple[int, str, np.ndarray, float]]:
-    """(order, words, vector, value): weights b have an order where b times each of the
-    vectors up to it is the value; with the matrix ``a`` [n, n] and its nodes ``c``."""
-    ac, ac2, ac3 = a @ c, a @ c**2, a @ c**3
-    yield 1, "sum b = 1", np.ones(len(c)), 1.0
-    yield 2, "sum b c = 1/2", c, 1 / 2
-    yield 3, "sum b c^2 = 1/3", c**2, 1 / 3
-    yield 3, "sum b a c = 1/6", ac, 1 / 6
-    yield 4, "sum b c^3 = 1/4", c**3, 1 / 4
-    yield 4, "sum b c a c = 1/8", c * ac, 1 / 8
-    yield 4, "sum b a c^2 = 1/12", ac2, 1 / 12
-    yield 4, "sum b a a c = 1/24", a @ ac, 1 / 24
-    yield 5, "sum b c^4 = 1/5", c**4, 1 / 5
-    yield 5, "sum b c^2 a c = 1/10", c**2 * ac, 1 / 10
-    yield 5, "sum b (a c)^2 = 1/20", ac * ac, 1 / 20
-    yield 5, "sum b c a c^2 = 1/15", c * ac2, 1 / 15
-    yield 5, "sum b a c^3 = 1/20", ac3, 1 / 20
-    yield 5, "sum b c a a c = 1/30", c * (a @ ac), 1 / 30
-    yield 5, "sum b a (c a c) = 1/40", a @ (c * ac), 1 / 40
-    yield 5, "sum b a a c^2 = 1/60", a @ ac2, 1 / 60
-    yield 5, "sum b a a a c = 1/120", a @ a @ ac, 1 / 120
+Tree = tuple[Any, ...]  # a rooted tree, of the trees at its root
+
+
+@lru_cache
+def trees_of(order: int) -> tuple[Tree, ...]:
+    """The rooted trees with so many vertices, each once: of each there is a condition."""
+    if order == 1:
+        return ((),)
+    smaller = [(size, tree) for size in range(1, order) for tree in trees_of(size)]
+
+    def rest(size: int, first: int) -> Iterator[Tree]:
+        """The ways to fill this ``size`` with trees from the ``first`` on."""
+        if size == 0:
+            yield ()
+        for k in range(first, len(smaller)):
+            if smaller[k][0] <= size:
+                yield from ((smaller[k][1], *others) for others in rest(size - smaller[k][0], k))
+
+    return tuple(rest(order - 1, 0))
+
+
+def _size(tree: Tree) -> int:
+    return 1 + sum(map(_size, tree))
+
+
+def _density(tree: Tree) -> int:
+    return _size(tree) * math.prod(map(_density, tree))
+
+
+def _symmetry(tree: Tree) -> int:
+    return math.prod(_symmetry(one) ** times * math.factorial(times) for one, times in Counter(tree).items())
+
+
+def _words(tree: Tree) -> list[str]:
+    """The factors of the vector of a tree: c for a leaf, else a times those of the branch."""
+    found = []
+    for one, times in Counter(tree).items():
+        factors = _words(one)
+        inner = "c" if not factors else f"a {factors[0]}" if len(factors) == 1 else f"a ({' '.join(factors)})"
+        power = f"^{times}" if times > 1 else ""
+        found.append(f"({inner}){power}" if power and factors else f"{inner}{power}")
+    return found
+
+
+def _vector(tree: Tree, a: Array) -> Array:
+    """Weights b have the order of a tree where b times this vector is one over its density; with
+    the matrix ``a`` [n, n]."""
+    return np.asarray(math.prod((a @ _vector(one, a) for one in tree), start=np.ones(len(a))))
+
+
+def _line(order: int) -> Tree:
+    """The tree without branches, whose differential is that of y' = y."""
+    return (_line(order - 1),) if order > 1 else ()
+
+
+def _fan(order: int) -> Tree:
+    """The tree all of whose vertices but the root are leaves, whose differential is that of y' = f(t)."""
+    return ((),) * (order - 1)
+
+
+TRIED = 1e-6  # the default of simulation.rtol, at which an estimate is judged
+SEEN = 10.0  # of it: the error of a step where that is estimated to be it; known pairs have 2 at most
+MOTIONS: dict[str, Callable[[int], tuple[Tree, ...]]] = {
+    "": trees_of,
+    " of y' = y": lambda order: (_line(order),),
+    " of y' = f(t)": lambda order: (_fan(order),),
+}
+
+
+def _errors_of_a_step(a: Array, b: Array, embedded: Array, order: int) -> Iterator[tuple[str, float]]:
+    """Of each of :data:`MOTIONS`, in words: how many times the tolerance the first error of a step
+    is that is estimated to be as large as the tolerance, at one of 1e-6."""
+    for words, trees in MOTIONS.items():
+
+        def size(weights: Array, at: int, exact: float, trees: Any = trees) -> float:
+            off = [(weights @ _vector(tree, a) - exact / _density(tree)) / _symmetry(tree) for tree in trees(at)]
+            return float(np.linalg.norm(off))
+
+        seen = [(at, size(b - embedded, at, 0.0)) for at in (order, order + 1)]
+        # a step in radians, or e-folds, of the motion
+        step = min(((TRIED / one) ** (1 / at) for at, one in seen if one > CLOSE), default=math.inf)
+        missed = size(b, order + 1, 1.0)
+        yield words, missed * step ** (order + 1) / TRIED if missed > CLOSE else 0.0
 
 
 def fault_of(rows: Sequence[Sequence[float]], b: Sequence[float], embedded: Sequence[float], order: int) -> str:
@@ -108,14 +175,21 @@ def fault_of(rows: Sequence[Sequence[float]], b: Sequence[float], embedded: Sequ
     a = np.zeros((n, n))
     for i, row in enumerate(rows, start=1):
         a[i, : len(row)] = row
-    c = a.sum(axis=1)
     for what, weights, reached in (("b", b, order), ("embedded", embedded, order - 1)):
-        for of, words, vector, value in conditions(a, c):
-            off = abs(float(np.dot(weights, vector)) - value)
-            if of <= reached and not off <= CLOSE:
-                return f"{what} that is off by {off:.3g} in {words}, of order {of}; allowed: at most {CLOSE:g}"
+        for of in range(1, reached + 1):
+            for tree in trees_of(of):
+                off = abs(float(np.dot(weights, _vector(tree, a))) - 1 / _density(tree))
+                if not off <= CLOSE:
+                    condition = f"sum {' '.join(['b', *_words(tree)])} = 1{f'/{_density(tree)}' if of > 1 else ''}"
+                    return f"{what} that is off by {off:.3g} in {condition}, of order {of}; allowed: at most {CLOSE:g}"
     if np.allclose(b, embedded, rtol=0.0, atol=CLOSE):
         return "embedded weights that are b, so that no error is estimated; allowed: others"
+    for words, times in _errors_of_a_step(a, np.array(b), np.array(embedded), order):
+        if not times <= SEEN:
+            return (
+                f"embedded weights too close to b: the error of a step{words} is {times:.2g} times the one that they "
+                f"estimate, at simulation.rtol {TRIED:g}; allowed: up to {SEEN:g} times, so weights further from b"
+            )
     return ""
 
 

@@ -36,7 +36,7 @@ from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
 from nsdrill.models.drive_laws import growing
 from nsdrill.models.lockstep import results
-from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity, FormatValue
+from nsdrill.models.numbers import FOLD_ERROR, OFF_SPEED, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import numbered, own_drive
 from nsdrill.models.parts import values_at
@@ -795,6 +795,28 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
         f"the resting bit, with {format_value(one.torque, 'N m', 'kN*m')}: the drive ({corner.parameters.drive.kind}) "
         f"turns slower under load, and nothing brings it back to the set speed.{remedy} Raise the set speed, or give "
         "the drive more damping or an integral gain."
+    )
+
+
+def drooping(found: list[Found], format_value: FormatValue) -> str | None:
+    """The warning of a drive that turns slower under load than it is set by more than
+    :data:`OFF_SPEED`, for the worst corner of a study; None where there is none."""
+    slow = [
+        (corner, one)
+        for corner, one in found
+        if not one.string.holds and one.turns and one.speed < (1.0 - OFF_SPEED) * one.set_speed
+    ]
+    if not slow:
+        return None
+    corner, one = min(slow, key=lambda pair: pair[1].speed / pair[1].set_speed)
+    speed = format_value(one.set_speed, "rad/s", "rad/s")
+    needed = one.as_set_speed(one.set_speed)
+    remedy = f"To turn at {speed}, set {format_value(needed, 'rad/s', 'rad/s')}, or g" if needed < math.inf else "G"
+    return (
+        f"Slower than set: at a set speed of {speed}{_where(one, format_value)} the drive "
+        f"({corner.parameters.drive.kind}) turns at {format_value(one.speed, 'rad/s', 'rad/s')}: it turns slower under "
+        "load, and nothing brings it back to the set speed. The speeds in answers and pictures are those that are set. "
+        f"{remedy}ive the drive more damping or an integral gain."
     )
 
 

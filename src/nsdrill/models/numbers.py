@@ -19,6 +19,7 @@ from nsdrill.variables import feature
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
 FormatValue = Callable[[float, str, str], str]
 LEAST_PERIODS = 4  # of a study of branches, whose orbits are not taken from the observation
+OFF_SPEED = 0.1  # of the set speed: a drive that is further from it does not turn as it is set
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins

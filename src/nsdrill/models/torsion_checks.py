@@ -16,6 +16,7 @@ from nsdrill.models.drilling import (
     begins_above_onset,
     begun_above,
     drillings,
+    drooping,
     folds,
     interrupted,
     limits,
@@ -104,7 +105,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told
-    of_drive = (overloaded(turning, format_value), resting(turning, format_value), stalling(turning, format_value))
+    of_drive = (one(turning, format_value) for one in (overloaded, resting, drooping, stalling))
     return [*of_drive, *told, swinging(study, turning, format_value)]
 
 

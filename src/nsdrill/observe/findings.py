@@ -207,9 +207,10 @@ def _half_difference(
         halves = [[_root(declaration, name, half[end, name]) for end in feature.ends] for half in (first, second)]
         low_1, low_2 = (half[0] if len(half) == 2 else np.zeros(runs) for half in halves)
         high_1, high_2 = (half[-1] for half in halves)
-        reach = np.maximum(high_1, high_2) - np.minimum(low_1, low_2)
-        span = reach + RANGE_FLOOR * natural
-        change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))
+        with np.errstate(invalid="ignore"):  # of a quantity that is infinite
+            reach = np.maximum(high_1, high_2) - np.minimum(low_1, low_2)
+            span = reach + RANGE_FLOOR * natural
+            change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))
         if feature.revolution is not None:
             change = np.where(reach > feature.revolution, 0.0, change)
         differences.append(np.divide(change, span, out=np.zeros(runs), where=span != 0.0))

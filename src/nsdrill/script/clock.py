@@ -20,6 +20,7 @@ from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.records import dataclass
 from nsdrill.script.signature import Signature
+from nsdrill.units import counts_cycles
 
 CLOCK = "clock"  # the lane parameter that is the rate of the phase [rad/s]
 DIVISORS = range(1, 13)  # into how many revolutions of the least rate one of the forcing may fall
@@ -86,6 +87,22 @@ class Forcing:
         angles = list(angles_in(graph, values_read(graph, slopes)))
         angle = phase + clock * time
         return replaced(graph, slopes, {a: k * angle for a, k in zip(angles, self.multiples, strict=True)})
+
+
+def cycles_as_radians(read: Signature, graph: Graph, slopes: Mapping[str, Node]) -> str:
+    """The parameter in Hz that is the rate of an angle without 2 pi, so that one of its cycles is a
+    radian; "" where there is none."""
+    of_cycles = [name for name, value in read.parameters.items() if counts_cycles(value.units)]
+    rates = {str(k): rate for k, rate in enumerate(angles_in(graph, values_read(graph, slopes)).values())}
+    given = _inputs(read)
+    for name in of_cycles:
+        more = given | {f"p.{name}": given[f"p.{name}"] + 1.0}
+        for rate in rates.values():
+            one, other = (plain.values({"": rate}, at)[""] for at in (given, more))
+            parts = max(DIVISORS) * np.abs(np.asarray(other - one, float))
+            if np.any(parts > TOLERANCE) and np.allclose(parts, np.round(parts), rtol=0.0, atol=1e-6):
+                return name
+    return ""
 
 
 def values_read(graph: Graph, slopes: Mapping[str, Node]) -> list[Node]:

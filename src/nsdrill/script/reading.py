@@ -20,7 +20,7 @@ from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.records import dataclass
 from nsdrill.script.angles import turning_in, unread_in
-from nsdrill.script.clock import CLOCK, Forcing, forcing_in, values_read
+from nsdrill.script.clock import CLOCK, Forcing, cycles_as_radians, forcing_in, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
 from nsdrill.script.driving import driving_in
 from nsdrill.script.pulses import forces_of
@@ -234,6 +234,11 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
     named = check_dimensions(plain_time, signature.start, signature.parameters, signature.returned)
     forcing = forcing_in(signature, graph, slopes)
     rate = None
+    if name := cycles_as_radians(signature, graph, slopes):
+        signature.refuse(
+            f"an angle that grows by {name} * t, of which {name} is in Hz, cycles in a second, so that one is a radian",
+            f"2 * np.pi * {name} * t, or {name} in rad/s",
+        )
     if forcing is not None:
         rate = forcing.rate(graph, slopes)
         turned = equations_of(signature, forcing, states)

@@ -37,7 +37,8 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
     Raises
     ------
     InputError
-        Where a condition of the order does not hold to 1e-13, or the name is taken.
+        Where a condition of the order does not hold to 1e-13, the estimate is more than 10
+        times too small, or the name is taken.
 
     Examples
     --------

@@ -81,11 +81,14 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
     yield from _sweep_lines(file, s, units)
     yield from _known_lines(s, units, everything)
     yield from _found_lines(s, units, everything)
-    if s["ranges"]:
+    if s["ranges"] or s["infinite"]:
         run, points = s["measured"], s["points"]
         which = "all points" if run == points else f"the {run} of {count(points, 'point')} that were run and are known"
         yield f"\nLeast and greatest over {which}:"
         yield from _range_lines(s["ranges"], units, run)
+        for name, one in s["infinite"].items():
+            told = f"infinite in {one['runs']} of {count(one['of'], 'run')}"
+            yield f"  {name:27s} {told:31s} {one['meaning']}"
         for name, meaning in s["without"].items():
             yield f"  {name:27s} {'no run has it':31s} {meaning}"
     if failed := s["failed"]:

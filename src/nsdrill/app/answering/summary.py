@@ -126,6 +126,7 @@ def _summarize_results(results: Results) -> Answer:
         "measured": int(np.count_nonzero(measured_runs(results))),
         "ranges": _ranges(results),
         "without": _without(results),
+        "infinite": _infinite(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
         "failed": [
             {**results.values_at(place.tolist()), "status": BY_NAME["status"].words(int(status[tuple(place)]))}
@@ -211,8 +212,19 @@ def _without(results: Results) -> dict[str, str]:
     return {
         name: named_in(results.attrs)[name].long_name
         for name in model_in(results.attrs).shown
-        if name in results.variables and ended.any() and not np.isfinite(results[name][ended]).any()
+        if name in results.variables and ended.any() and np.isnan(results[name][ended]).all()
     }
+
+
+def _infinite(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that are known (``of``) a feature that is shown is infinite,
+    which no range has, by its name and with its ``meaning``; only those of which there are any."""
+    ended, found = measured_runs(results), {}
+    for name in model_in(results.attrs).shown:
+        if name in results.variables and (runs := int(np.count_nonzero(np.isinf(results[name][ended])))):
+            meaning = named_in(results.attrs)[name].long_name
+            found[name] = {"runs": runs, "of": int(ended.sum()), "meaning": meaning}
+    return found
 
 
 def _uncertain(results: Results) -> Answer:

@@ -28,6 +28,7 @@ from nsdrill.models.drilling import (
     Limits,
     begins_above_onset,
     drillings,
+    drooping,
     folds,
     interrupted,
     limits_unless_shaken,
@@ -123,7 +124,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told
-    of_drive = (overloaded(turning, format_value), resting(turning, format_value), stalling(turning, format_value))
+    of_drive = (one(turning, format_value) for one in (overloaded, resting, drooping, stalling))
     return [*of_drive, *told, swinging(study, turning, format_value)]
 
 

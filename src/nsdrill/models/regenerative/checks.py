@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
-from nsdrill.models.drilling import Drilling, drillings, overloaded, resting, stalling, swinging
+from nsdrill.models.drilling import Drilling, drillings, drooping, overloaded, resting, stalling, swinging
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
 from nsdrill.models.regenerative import columns, drives
@@ -104,6 +104,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in corners], format_value),
         overloaded(found, format_value),
         resting(found, format_value),
+        drooping(found, format_value),
         stalling(found, format_value),
         aggressive(Found(PDC, here), [Found(PDC, one) for _, one in found], format_value, BY_CUTTING),
         swinging(study, found, format_value) if any(not one.parameters.drive.ideal for one in corners) else None,

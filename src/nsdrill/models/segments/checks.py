@@ -20,6 +20,7 @@ from nsdrill.models.drilling import (
     Drilling,
     Limits,
     drillings,
+    drooping,
     interrupted,
     limits,
     narrow,
@@ -264,6 +265,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     return [
         overloaded(found, format_value),
         resting(found, format_value),
+        drooping(found, format_value),
         stalling(found, format_value),
         aggressive(
             of(parameters, operation),
