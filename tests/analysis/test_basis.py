@@ -42,7 +42,8 @@ def swept(rows, speeds=SPEEDS):
 def test_it_stands_beside_the_limits(rows, speeds, units, told):
     window = find_window(swept(rows, speeds))
     first = words_of(window, units).lines()[0]
-    assert first.startswith("Slower: ") and first.endswith(told)
+    assert first.startswith("Slower: ")
+    assert first.endswith(told)
     said = list(lines(window, units))
     assert told in " ".join(line.strip() for line in said[: said.index("")])
     assert plain_window(window, units)["answer"]["lines"][0] == first
