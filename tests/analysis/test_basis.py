@@ -7,14 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
+from nsdrill.analysis.trials import Trials
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import plain_window
 from nsdrill.data import json_text
+from nsdrill.figures import draw
 from nsdrill.study.load import parse_study
 from nsdrill.text.window_text import lines
+from nsdrill.web.explorer_maps import _told
 from nsdrill.web.one_page import Sheet, one_page
-from nsdrill.words.answer import words_of
+from nsdrill.words.answer import before_trials, words_of
 
 from .grids import grid
 
@@ -78,3 +82,21 @@ def test_the_page_tells_it_and_counts_no_inferred_point_as_a_run():
     text = " ".join(html.unescape(re.sub(r"<[^>]*>", " ", page)).split())
     assert "What to stay within rests on 25 settings every 2.25 klbf and 10 rpm, none between; 10 inferred" in text
     assert "25 runs, and 10 inferred." in text
+
+
+def test_what_runs_no_trials_says_so():
+    """A picture and the explorer, which leave out what the text says of --trials."""
+    window, told = (
+        find_window(swept(ROOMY)),
+        "BEFORE TRIALS: no way in, connection or disturbance of the setting was run.",
+    )
+    assert before_trials(window) == [told]
+    assert _told(window, "si")["warnings"][0] == told
+    for text in (True, False):
+        figure = draw(swept(ROOMY), "window", text=text)
+        words = [one.get_text() for one in figure.findobj(Text)]
+        assert "BEFORE TRIALS" in " ".join(words), text
+    nothing = find_window(swept(["sssswww"] * 5))
+    assert before_trials(nothing) == []
+    tried = {**window, "answer": replace(window["answer"], trials=Trials())}
+    assert before_trials(tried) == []

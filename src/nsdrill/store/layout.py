@@ -298,8 +298,8 @@ def changed_since(where: str | os.PathLike[str], found: str) -> FileError:
     both = " (--with OLD.py --with NEW.py)" if on_command_line() else ""
     return FileError(
         f"{where}: CHANGED SINCE THE RUNS: {found}. Answers would be of another one than the runs; allowed: what they "
-        f"were made with, as it was, or the study run again{study}. To compare both versions, give one a name of its own "
-        f"and run it: diff takes files of two models{both}."
+        f"were made with, as it was, or the study run again{study}. To compare both versions, give one a name of its "
+        f"own and run it: diff takes files of two models{both}."
     )
 
 
