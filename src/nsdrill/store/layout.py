@@ -329,8 +329,8 @@ def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[st
     graph, scripted_here = attrs.get("model_graph"), scripted(model)
     if graph is not None and (scripted_here is None or scripted_here.digest != graph):
         made = _made_with(model, attrs.get("model_script"))
-        here = {} if scripted_here is None else scripted_here.parts
-        return f"{made}, which {_other_parts(json.loads(str(attrs.get(MODEL_PARTS, '{}'))), here)}"
+        parts = {} if scripted_here is None else scripted_here.parts
+        return f"{made}, which {_other_parts(json.loads(str(attrs.get(MODEL_PARTS, '{}'))), parts)}"
     if (package := attrs.get("model_package")) is not None:
         with suppress(InputError):
             described(model)
