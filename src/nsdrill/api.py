@@ -20,7 +20,7 @@ from nsdrill.operations.argument import public
 
 with deferred():
     from nsdrill import store, variables
-    from nsdrill.analysis import counts, doubts
+    from nsdrill.analysis import doubts
     from nsdrill.app.check import unread_numbers
     from nsdrill.app.running import run as running
     from nsdrill.models.registry import model_in
@@ -52,8 +52,8 @@ def _of_run(found: RunResult | Results) -> Dataset:
         warn(note, RunWarning)
     if unread := unread_numbers(model_in(data.attrs)):
         warn(unread, RunWarning)
-    if guessed := counts.guessed_scales(data.attrs):  # which a command tells before the run
-        warn(f"A guess: {counts.guessed_words(guessed)}.", RunWarning)
+    for note in doubts.notes_before(data.attrs):
+        warn(note, RunWarning)
     return data
 
 

@@ -49,6 +49,7 @@ UNREAD = "study_unread"  # why the study of a file is none of this version
 WITHIN = "drilled_within"  # root attribute of results in memory: between which values one drills, as JSON
 STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to which speed, by the model, as JSON
 MUD_DRIVES = "mud_drives_whirl_above"  # variable of results in memory: from which speed mud drives whirl [rad/s]
+MODEL_PARTS = "model_parts"  # root attribute: the digest of each part of a script's model by its words, as JSON
 USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 GUESSED_SCALES = "guessed_scales"  # likewise: the states of which it is a guess, where there are such

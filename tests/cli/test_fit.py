@@ -217,7 +217,7 @@ def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
 def test_the_written_study_tells_of_samples_that_failed():
     study = nsdrill.load_study({"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 4}})
     note = {"points": 6, "values": 24, "effective": 9.0, "unknowns": [], "samples": 40}
-    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}, "notes": []}
+    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}, "notes": [], "doubts": [], "misfit": 1.0}
     drawn = {"bit.friction.static": np.array([0.4, 0.5])}
     told = [
         _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)
@@ -305,3 +305,52 @@ def test_it_says_why_no_run_gives_the_data(call):
     Path("study.yaml").write_text(PERIODS.replace("model: torsion", "modes: {axial: frozen}"), encoding="utf-8")
     answer = call(*fit, "--set", "simulation.max_steps=1000", code=2)
     assert "in every sample; 32 runs of them: the run took more than simulation.max_steps steps." in answer.err
+
+
+DOUBTFUL = """
+model: torsion
+operation: {depth: 2000 m, wob: 60 kN}
+drillstring: {torsional_damping: 25 N*m*s/rad}
+simulation: {transient: 20 s, observe: 20 s}
+sweep: {rotary_speed: [4 rad/s, 16 rad/s]}
+uncertain:
+  doubts: [failed, unmatched]
+  table: {bit.friction.static: [0.4, 0.5], bit.friction.dynamic: [0.2, 0.3]}
+"""
+TOLD = "samples failed, so that the truth may lie outside and no run gives the data"
+
+
+def test_what_a_doubtful_fit_wrote_is_told_of_by_every_answer(call):
+    """A window of a fit that found no match, or of which samples failed, is no better than the fit."""
+    Path("adjusted.yaml").write_text(DOUBTFUL, encoding="utf-8")
+    for words in (("check", "adjusted.yaml"), ("run", "adjusted.yaml", "-o", "out.h5", "--quiet")):
+        assert f"Doubtful fit: the uncertain numbers are those of a fit in which {TOLD}" in " ".join(
+            call(*words).err.split()
+        )
+    for words in (("window", "out.h5"), ("show", "out.h5")):
+        told = " ".join(call(*words).out.split())
+        assert "DOUBTFUL FIT" in told
+        assert TOLD in told
+    assert json.loads(call("window", "out.h5", "--json").out)["doubtful_fit"] == ["failed", "unmatched"]
+    assert json.loads(call("show", "out.h5", "--json").out)["doubtful_fit"] == ["failed", "unmatched"]
+    call("report", "out.h5", "-o", "out.html")
+    assert "DOUBTFUL FIT" in Path("out.html").read_text(encoding="utf-8")
+    assert "DOUBTFUL FIT" in nsdrill.plot("out.h5", kind="probability").legends[0].get_texts()[-1].get_text()
+    with pytest.warns(UserWarning, match="Doubtful fit"):
+        nsdrill.run(nsdrill.load_study("adjusted.yaml"), progress=False)
+    assert "doubts: [failed, unmatched]" in call("show", "out.h5", "--study").out
+
+
+def test_a_fit_without_a_match_writes_so_into_the_study(call):
+    study = DOUBTFUL.replace("  doubts: [failed, unmatched]\n", "").replace(
+        "table: {bit.friction.static: [0.4, 0.5], bit.friction.dynamic: [0.2, 0.3]}",
+        "bit.friction.static: {uniform: [0.3, 0.6]}",
+    )
+    Path("study.yaml").write_text(study, encoding="utf-8")
+    Path("field.csv").write_text("rotary_speed [rad/s], surface_torque_max [N m]\n6, 90000\n", encoding="utf-8")
+    words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--samples", "4", "--quiet")
+    note = json.loads(call(*words, "--json", "-o", "adjusted.yaml").out)
+    assert "unmatched" in note["doubts"]
+    text = Path("adjusted.yaml").read_text(encoding="utf-8")
+    assert "# NO RUN GIVES THESE DATA: the best is off by" in text
+    assert nsdrill.load_study("adjusted.yaml").resolved["uncertain"]["doubts"] == note["doubts"]

@@ -195,7 +195,8 @@ def test_the_lines():
     whirl_below = ["ssw....", *FREE[1:]]
     told = lines_of(made(WALL, up=whirl_below, down=ROLLS))
     assert told == [
-        "Slower, at 20 klbf: at 70 rpm it sticks. Faster: at 130 rpm it whirls. Never exceed 120 rpm.",
+        "Slower, at 20 klbf: at 70 rpm it sticks. Faster: at 130 rpm it whirls. Never exceed 120 rpm. "
+        "Rests on 20 settings every 5 klbf and 10 rpm, none between.",
         "Lighter, at 100 rpm: the map begins at 10 klbf. Heavier: the map ends at 30 klbf, extend it to learn more.",
         "Way in: off bottom raise the speed to 100 rpm, through 60 to 68 rpm at 1.8 rpm/s or faster without a stop, "
         "then set 20 klbf.",

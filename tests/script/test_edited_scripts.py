@@ -140,3 +140,26 @@ def test_results_in_memory_are_refused_after_each_edit(script):
                 ask(data)
     script_of.K["c"] = 1.0
     assert str(ASKED["lyapunov_spectrum"](data)) == str(as_run)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("force=0.3", "force=0.4", "the number force"),
+        ("- x**3", "- 2*x**3", "the equations"),
+        (RESPONSES[0], RESPONSES[0].replace("1.5", "1.6"), "the response wide"),
+        (RESPONSES[0], "", "the response wide (not here)"),
+    ],
+)
+def test_what_differs_in_a_changed_model_is_named(tmp_path, old, new, told):
+    text = f"import numpy as np\nimport nsdrill\n{MODEL}{RESPONSES[1]}{RESPONSES[0]}"
+    assert old in text
+    (tmp_path / "duf.py").write_text(text, encoding="utf-8")
+    (tmp_path / "s.yaml").write_text(
+        "model: duf\nsweep: {parameters.force: [0.2, 0.3]}\nsimulation: {transient: 2 s, observe: 2 s}\n"
+    )
+    command(tmp_path, "run", "s.yaml", "-o", "r.h5", "--with", "duf.py")
+    (tmp_path / "duf.py").write_text(text.replace(old, new), encoding="utf-8")
+    _, said = command(tmp_path, "show", "r.h5", "--with", "duf.py", code=2)
+    assert f"the script duf.py, which differs here: {told}." in said
+    assert "To compare both versions, give one a name of its own and run it" in said

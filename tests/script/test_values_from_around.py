@@ -94,7 +94,7 @@ def test_a_file_is_refused_that_was_made_with_another_value(script, tmp_path):
     mod = script(f"C = [1.0]\n\n\n{MODEL.format(c='C[0]')}", "held_file")
     nsdrill.run(OF_MODEL, tmp_path / "out.h5", progress=False)
     mod.C[0] = 3.0
-    with pytest.raises(nsdrill.FileError, match=r"CHANGED SINCE THE RUNS: .*which has other equations"):
+    with pytest.raises(nsdrill.FileError, match=r"CHANGED SINCE THE RUNS: .*which differs here: the equations"):
         nsdrill.open_results(tmp_path / "out.h5")
     mod.C[0] = 1.0
     nsdrill.open_results(tmp_path / "out.h5").close()

@@ -14,6 +14,7 @@ from itertools import product
 
 import numpy as np
 
+from nsdrill.analysis.basis import Basis, basis_of, data_of_basis
 from nsdrill.analysis.chains import SLACK, Chain, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
@@ -335,6 +336,8 @@ class Advice:
     """Where the point is in the maps."""
     unsettled: Unsettled | None = None
     """Where it rests on runs that were short or had not settled; None where on none."""
+    basis: Basis | None = None
+    """What it rests on to stay within; None where it names no range."""
     trials: Trials | None = None
     is_unreached: bool = False
     """Whether it is a hint for that alone that no way in is known."""
@@ -352,6 +355,12 @@ class Advice:
         after a pick up and tag as well."""
         tried = self.trials
         return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
+
+    @property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """The ends of what to stay within along each axis, and of the depths over which it holds."""
+        found = {axis: (one.low, one.high) for axis, one in self.stay_within.items()}
+        return found if self.depths is None else {**found, "depth": (self.depths.first, self.depths.last)}
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first."""
@@ -533,6 +542,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         jump=jump,
         tried_kind=tried_kind,
         settled_only=maps.settled_only,
+        basis=basis_of(maps, cell, {axis: (one.low, one.high) for axis, one in ends.items()}),
     )
 
 
@@ -1128,7 +1138,8 @@ def _over_depths(maps: Graded) -> Advice | None:
     )
     point = {axis: value for axis, value in {**_held(maps), **found.point}.items() if axis != "depth"}
     named = {axis: value for axis, value in found.at.items() if axis != "depth"}
-    return replace(found, point=point, at=named, depths=ends, room=float(rooms[at]))
+    found = replace(found, point=point, at=named, depths=ends, room=float(rooms[at]))
+    return replace(found, basis=basis_of(maps, cell, found.ends))  # type: ignore[arg-type]
 
 
 def _held(maps: Graded) -> dict[str, float]:
@@ -1242,6 +1253,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     found["tried_kind"] = advice.tried_kind and str(advice.tried_kind)
     found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
+    found["basis"] = advice.basis and data_of_basis(advice.basis)
     found["beside"] = advice.beside and _data_of_border(along, advice.beside)
     for key, limits in (("stay_within", advice.stay_within), ("through_point", advice.lines)):
         found[key] = {

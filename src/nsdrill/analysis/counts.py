@@ -323,6 +323,28 @@ def guessed_words(states: Sequence[str]) -> str:
     )
 
 
+FIT_DOUBTS = {  # of the fit that wrote the samples of a study, in words
+    "failed": "samples failed, so that the truth may lie outside",
+    "unmatched": "no run gives the data",
+    "unsettled": "motions were still changing",
+    "unfinished": "too few samples count",
+}
+
+
+def doubtful_fit(attrs: Attributes) -> list[str]:
+    """Why the fit that wrote the samples of these results is doubtful; empty of others."""
+    section = resolved_study(attrs).get("uncertain")
+    found = section.get("doubts", []) if isinstance(section, dict) else []
+    return [name for name in found if name in FIT_DOUBTS]
+
+
+def fit_words(doubts: Sequence[str]) -> str:
+    """These doubts in words."""
+    *head, last = (FIT_DOUBTS[name] for name in doubts)
+    why = f"{', '.join(head)} and {last}" if head else last
+    return f"the uncertain numbers are those of a fit in which {why}. Shares and limits rest on them"
+
+
 TOP_SPEED = "drive_speed_mean"
 TURNED = (TOP_SPEED, "settled")  # the variables that off_speed uses
 

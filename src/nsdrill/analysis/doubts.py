@@ -3,7 +3,7 @@ of a run, answers, ``show`` and warnings in Python all tell."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from nsdrill.analysis.counts import (
@@ -12,8 +12,10 @@ from nsdrill.analysis.counts import (
     TURNED_BACK,
     beyond,
     beyond_words,
+    doubtful_fit,
     driving,
     driving_words,
+    fit_words,
     guessed_scales,
     guessed_words,
     of_scripts,
@@ -56,8 +58,18 @@ OF_RUNS = (
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
 )
-# with what is known before a run, and told then
-ALL = (*OF_RUNS, Doubt(GUESSED_SCALES, "A GUESS", "", lambda results: guessed_scales(results.attrs), guessed_words))
+BEFORE: tuple[tuple[str, str, Callable[[Attributes], list[str]], Callable[[Sequence[str]], str]], ...] = (
+    # known before a run, from root attributes, and told then
+    (GUESSED_SCALES, "A GUESS", guessed_scales, guessed_words),
+    ("doubtful_fit", "DOUBTFUL FIT", doubtful_fit, fit_words),
+)
+
+
+def _of_attributes(find: Callable[[Attributes], Any]) -> Callable[[Results], Any]:
+    return lambda results: find(results.attrs)
+
+
+ALL = (*OF_RUNS, *(Doubt(key, name, "", _of_attributes(find), words) for key, name, find, words in BEFORE))
 
 
 def doubts_in(results: Results) -> dict[str, Any]:
@@ -70,6 +82,13 @@ def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
     for one in ALL:
         if found[one.key]:
             yield f"{one.heading.upper()}: {one.words(found[one.key])}."
+
+
+def notes_before(attrs: Attributes) -> Iterator[str]:
+    """What is known before a run, in sentences: the command line tells it then, Python after."""
+    for _, name, find, words in BEFORE:
+        if found := find(attrs):
+            yield f"{name.capitalize()}: {words(found)}."
 
 
 def used_by_notes(attrs: Attributes) -> tuple[str, ...]:

@@ -8,8 +8,8 @@ import json
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, Kind, Unsettled
+from nsdrill.analysis.basis import points_within
 from nsdrill.analysis.maps import Classes
-from nsdrill.analysis.planes import along_axis
 from nsdrill.data import SHORT, SHORT_TO, Array
 
 
@@ -18,7 +18,7 @@ def unsettled_of(maps: Classes, advice: Advice) -> Unsettled | None:
     where it rests on none."""
     if advice.cell is None or advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
         return None
-    inside = _within(maps, advice)
+    inside = points_within(maps.grades, advice.cell, advice.ends)
     beside = _beside(inside)
     if maps.grades.outside is not None:  # where one does not drill bounds nothing
         beside &= ~maps.grades.outside
@@ -40,22 +40,6 @@ def _is_short(maps: Classes, chosen: Array) -> bool:
             others = tuple(one for one in range(3) if one != place)
             return bool(np.any(maps.values(axis)[chosen.any(axis=others)] < limit))
     return True
-
-
-def _within(maps: Classes, advice: Advice) -> Array:
-    """The points within which one is to stay, bool [third, y, x]; of several depths those at
-    all of them."""
-    assert advice.cell is not None
-    found = np.ones(maps.state.shape, dtype=bool)
-    for place, axis in enumerate((maps.third, maps.y, maps.x)):
-        values = maps.values(axis)
-        chosen = np.arange(len(values)) == advice.cell[place]
-        if axis == "depth" and advice.depths is not None:
-            chosen = (advice.depths.first <= values) & (values <= advice.depths.last)
-        elif (ends := advice.stay_within.get(axis or "")) is not None:
-            chosen = (ends.low <= values) & (values <= ends.high)
-        found &= along_axis(chosen, place)
-    return found
 
 
 def _beside(inside: Array) -> Array:

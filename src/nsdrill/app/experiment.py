@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
+from nsdrill.data import MODEL_PARTS, OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import is_compiled_in, words_of
@@ -395,7 +395,8 @@ def _script_of(model: str) -> dict[str, str]:
     found = scripted(model)
     if found is None:
         return {}
-    return {"model_script": maker_of(found.origin), "model_graph": found.digest}
+    parts = {MODEL_PARTS: json_text(dict(found.parts))}
+    return {"model_script": maker_of(found.origin), "model_graph": found.digest, **parts}
 
 
 def maker_of(origin: Origin) -> str:

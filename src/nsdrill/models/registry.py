@@ -69,12 +69,13 @@ NAMES = tuple(_LOCATIONS)  # those of nsdrill; models of packages are added wher
 @dataclass(frozen=True)
 class Scripted:
     """The model of a script: its description and its model, the ``digest`` of what it
-    computes, and its ``origin``."""
+    computes, and its ``origin``; the digests of its ``parts`` by their words."""
 
     description: Description
     model: Model
     digest: str
     origin: Origin
+    parts: Mapping[str, str]
 
 
 _scripted: dict[str, Scripted] = {}

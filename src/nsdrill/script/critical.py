@@ -176,6 +176,22 @@ def check_responses(read: Signature, description: Description, responses: Sequen
             read.refuse(f"two responses with the {what} {twice[0]}", "each once")
 
 
+def parts_with(reading: Reading, responses: Sequence[Response], orders: Iterable[str]) -> dict[str, str]:
+    """Digests of the same part by part, by the words of each, so that what differs in a
+    changed script can be named."""
+    told = dict(reading.told_by_part)
+    read = reading.signature
+    meanings = {f"the number {name}": one.meaning for name, one in (*read.start.items(), *read.parameters.items())}
+    meanings |= {f"the feature {one.name}": one.about.meaning for one in reading.quantities}
+    told = {part: f"{text} {meanings.get(part) or ''}" for part, text in told.items()}
+    for place, one in enumerate(responses):
+        decides = (place, one.feature, one.threshold, *one.limits.items(), *(getattr(one, name) for name in WORDS))
+        told[f"the response {one.name}"] = repr(decides)
+    if order := tuple(orders):
+        told["the order of its numbers"] = repr(order)
+    return {part: hashlib.sha256(text.encode()).hexdigest()[:8] for part, text in told.items()}
+
+
 def digest_with(reading: Reading, responses: Iterable[Response], orders: Iterable[str]) -> str:
     """Digest of what is computed, with what decides on labels and samples, and with the words
     by which labels and numbers are told: in other words they say another thing."""

@@ -22,7 +22,7 @@ from nsdrill.models.registry import Scripted, described, register
 from nsdrill.models.responses import Response
 from nsdrill.observe import channels
 from nsdrill.origin import origin_of
-from nsdrill.script.critical import FORM, check_again, digest_with, response_of
+from nsdrill.script.critical import FORM, check_again, digest_with, parts_with, response_of
 from nsdrill.script.described import description_of
 from nsdrill.script.function_channels import ENDS
 from nsdrill.script.function_model import FunctionModel
@@ -80,7 +80,8 @@ class Declared(Studied):
         description = description_of(reading, self.model, self.title, self.responses, self.orders)
         _check(reading, self.model)
         digest = digest_with(reading, description.critical.values(), self.orders)
-        register(Scripted(description, self.model, digest, self.origin))
+        parts = parts_with(reading, tuple(description.critical.values()), self.orders)
+        register(Scripted(description, self.model, digest, self.origin, parts))
 
     def feature(
         self,

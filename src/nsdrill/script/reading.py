@@ -210,6 +210,20 @@ class Reading:
         return Consequences(self.graph, self.slopes, self.states, self.moved)
 
     @cached_property
+    def told_by_part(self) -> dict[str, str]:
+        """What is computed, as the text of each part by its words: the equations with their
+        contacts, every number with its units and range, and what is measured."""
+        contacts = {f"gap {name}": gap for name, gap in self.graph.gaps.items()}
+        contacts |= {f"slip {one.name}": slip for one in self.graph.frictions for slip in one.slips}
+        read = self.signature
+        found = {"the equations": text_of({**self.slopes, **contacts})}
+        found |= {f"the number {name}": repr(one.told) for name, one in (*read.start.items(), *read.parameters.items())}
+        return found | {
+            f"the feature {one.name}": repr((one.told, text_of({one.name: node})))
+            for one, node in self.quantities.items()
+        }
+
+    @cached_property
     def digest(self) -> str:
         """Digest of what is computed: of the graph, its contacts and the numbers with their
         units and ranges, not of the text of a file."""

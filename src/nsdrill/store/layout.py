@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import EDITED_SOURCE, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
+from nsdrill.data import EDITED_SOURCE, MODEL_PARTS, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import words_along
@@ -200,6 +200,7 @@ _CONTROL = dict.fromkeys(
     + [ord(one) for one in "\u061c\u200e\u200f\u2028\u2029\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"]
 )
 LARGEST = 1e100  # of any number: larger ones overflow in sums and in conversions of units
+_MOST_PARTS = 4  # of a changed model that a message names
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters that are shown
 _LONGEST_TEXT, _LONGEST_PATH = 500, 5000  # characters of a text that is shown
@@ -245,6 +246,7 @@ _JSON = {
     "at": (dict, "of words and finite numbers"),
     "seeds": (dict, "of whole numbers"),
     USED_SCRIPTS: (dict, "of scripts and digests"),
+    MODEL_PARTS: (dict, "of texts"),
 }
 
 
@@ -293,9 +295,11 @@ def changed_since(where: str | os.PathLike[str], found: str) -> FileError:
     """The error for results that were made with something that is another one here, which
     ``found`` says in words."""
     study = " (nsdrill show FILE --study prints it)" if on_command_line() else ""
+    both = " (--with OLD.py --with NEW.py)" if on_command_line() else ""
     return FileError(
         f"{where}: CHANGED SINCE THE RUNS: {found}. Answers would be of another one than the runs; allowed: what they "
-        f"were made with, as it was, or the study run again{study}."
+        f"were made with, as it was, or the study run again{study}. To compare both versions, give one a name of its "
+        f"own and run it: diff takes files of two models{both}."
     )
 
 
@@ -325,7 +329,8 @@ def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[st
     graph, scripted_here = attrs.get("model_graph"), scripted(model)
     if graph is not None and (scripted_here is None or scripted_here.digest != graph):
         made = _made_with(model, attrs.get("model_script"))
-        return f"{made}, which has other equations, defaults, ranges, responses or words here"
+        parts = {} if scripted_here is None else scripted_here.parts
+        return f"{made}, which {_other_parts(json.loads(str(attrs.get(MODEL_PARTS, '{}'))), parts)}"
     if (package := attrs.get("model_package")) is not None:
         with suppress(InputError):
             described(model)
@@ -335,6 +340,21 @@ def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[st
                     "here"
                 )
     return ""
+
+
+def _other_parts(there: Mapping[str, str], here: Mapping[str, str]) -> str:
+    """What differs between the parts of a model there and here, in words; of a file without
+    them what may."""
+    if not there or not here:
+        return "has other equations, defaults, ranges, responses or words here"
+    parts = [
+        *(f"{part} (not there)" for part in here if part not in there),
+        *(f"{part} (not here)" for part in there if part not in here),
+        *(part for part in there if here.get(part, there[part]) != there[part]),
+    ]
+    named = ", ".join(printable(part)[:80] for part in parts[:_MOST_PARTS])
+    more = f" and {len(parts) - _MOST_PARTS} more" if len(parts) > _MOST_PARTS else ""
+    return f"differs here: {named or 'the order of its parts'}{more}"
 
 
 def tell_of_left_out(where: str | os.PathLike[str], model: Description, names: Sequence[str]) -> None:

@@ -85,6 +85,7 @@ MEANINGS: dict[str, str] = {
     "uncertain.design": "saltelli: samples x (unknowns + 2) runs of a point, for Sobol indices without assumptions",
     "uncertain.correlations": "Rank correlations of pairs of unknowns",
     "uncertain.table": "Joint samples in place of distributions, one in each row",
+    "uncertain.doubts": "Why the fit that wrote the samples is doubtful; answers repeat it",
     "simulation": "Integration of each point",
     "classify": "Thresholds of the labels",
     "record": "What is kept of each point beside the features",

@@ -29,7 +29,7 @@ from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_ch
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.torques import path_with_unit, take_torques, use_keys_with_units
-from nsdrill.study.uncertain import draws, say_what_is_left_out, take_uncertain
+from nsdrill.study.uncertain import draws, say_doubts, say_what_is_left_out, take_uncertain
 from nsdrill.study.weight import weigh
 from nsdrill.units import system_of
 from nsdrill.variables import AXES, MODEL, OPERATED, short_key
@@ -80,6 +80,7 @@ def _study_in(document: Document, text: str = "", name: str = "<study>", overrid
     if "uncertain" in resolved:
         before = len(at.faults)
         say_what_is_left_out(at, resolved["uncertain"])
+        say_doubts(at, resolved["uncertain"])
         drawn = draws(resolved["uncertain"], at.keys) if len(at.faults) == before else {}
     check = Checker(at, resolved, drawn)
     if faults := [*at.faults, *check.faults(), *document.faults]:

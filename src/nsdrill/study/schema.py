@@ -45,7 +45,7 @@ from nsdrill.study.keys import (
 )
 from nsdrill.study.read import KeyPath, odd_character
 from nsdrill.study.study import Procedure
-from nsdrill.study.uncertain import DESIGN, HOW, SAMPLES, SEED, Distribution, correlation
+from nsdrill.study.uncertain import DESIGN, DOUBT, HOW, SAMPLES, SEED, Distribution, correlation
 from nsdrill.units import QuantityError
 from nsdrill.variables import MODEL
 
@@ -195,6 +195,7 @@ def _uncertain(keys: Keys) -> Section:
     columns = {name: Member(Listed(One(leaf, SHORT)), leaf.meaning) for name, leaf in numbers.items()}
     members["table"] = Member(_Axes("Table", columns), MEANINGS["uncertain.table"])
     members["correlations"] = Member(Listed(Read(correlation, THREE)), MEANINGS["uncertain.correlations"])
+    members["doubts"] = Member(Listed(One(DOUBT)), MEANINGS["uncertain.doubts"])
     members |= {found.key.partition(".")[2]: leaf_member(found) for found in (SAMPLES, SEED, DESIGN)}
     return _Axes("Uncertain", members, listed=HOW)
 

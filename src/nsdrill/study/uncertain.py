@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from nsdrill.analysis.counts import FIT_DOUBTS, fit_words
 from nsdrill.data import Resolved
 from nsdrill.errors import count
 from nsdrill.models.choices import is_compiled_in
@@ -38,9 +39,10 @@ from nsdrill.variables import short_key
 SAMPLES = Leaf("uncertain.samples", "whole", 256, low=2, high=MAX_SAMPLES, meaning=MEANINGS["uncertain.samples"])
 SEED = Leaf("uncertain.seed", "whole", 1, low=0, high=10**15, meaning=MEANINGS["uncertain.seed"])
 DESIGN = Leaf("uncertain.design", "choice", "sobol", choices=DESIGNS, meaning=MEANINGS["uncertain.design"])
+DOUBT = Leaf("uncertain.doubts", "choice", "failed", choices=tuple(FIT_DOUBTS))
 FACTOR = Leaf("factor", "number", 2.0, low=1.001, high=1e3)
 CUT_WORDS = {"low": "below", "high": "above"}
-HOW = ("samples", "seed", "design", "correlations", "table")  # all keys but those of unknowns
+HOW = ("samples", "seed", "design", "correlations", "table", "doubts")  # all keys but those of unknowns
 # the part of a distribution that may lie outside the range of its key; nothing is drawn
 # there
 OUTSIDE = 1e-3
@@ -222,7 +224,14 @@ def take_uncertain(at: Reading, given: Resolved, swept: Resolved) -> Resolved | 
         "design": given.get("design", DESIGN.default),
         "correlations": [list(one) for one in correlations if {*one[:2]} <= {*told}],  # others may be at fault
         "table": table,
+        **({"doubts": doubts} if (doubts := given.get("doubts")) else {}),  # of a fit only
     }
+
+
+def say_doubts(at: Reading, section: Resolved) -> None:
+    """A note of the doubts of the fit that the section is from."""
+    if doubts := section.get("doubts"):
+        at.document.notes.append(f"Doubtful fit: {fit_words(doubts)}.")
 
 
 def _check_unknowns(at: Reading, told: list[str], table: Resolved, swept: Resolved) -> None:

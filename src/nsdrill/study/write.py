@@ -139,7 +139,7 @@ def _uncertain(keys: Keys, resolved: Resolved) -> list[str]:
     found, told = resolved["uncertain"], {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
     names = [key for key in found if key not in HOW]
     names += [] if found["table"] else ["samples"]
-    names += [name for name in ("seed", "design", "correlations") if found[name] != []]
+    names += [name for name in ("seed", "design", "correlations", "doubts") if found.get(name, []) != []]
     lines = [line("", "uncertain", "", MEANINGS["uncertain"])]
     for name in names:
         meaning = told.get(name) or keys.axes[name].meaning

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.counts import fit_words, open_words
 from nsdrill.analysis.probability import safe_in_words, samples_text
 from nsdrill.data import Answer
 from nsdrill.errors import WITHOUT, count
@@ -25,6 +25,8 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     yield f"  {samples}, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}"
     if summary["overrides"]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
+    if doubts := summary["doubtful_fit"]:
+        yield f"  DOUBTFUL FIT: {fit_words(doubts)}"
     if words := open_words(summary, "samples"):
         yield f"  {words}: means and indices are of the others, in brackets what they may be with these"
     if summary["histories"] > 1:
@@ -171,10 +173,6 @@ def _total(row: Answer) -> str:
     return f"{row['total_least']:.2f} to {row['total_most']:.2f}"
 
 
-MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
-MOST_UNSETTLED = 0.05  # of the weight of the samples
-
-
 def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary of a fit, in words."""
     yield (
@@ -242,8 +240,7 @@ def _in_shown_unit(name: str, values: list[float], si: str, units: str) -> tuple
 def verdicts(summary: Answer) -> Iterator[str]:
     """The conclusions from a fit, in sentences."""
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
-    is_finished = summary["beta"] == 1 and summary["effective"] >= MIN_EFFECTIVE
-    is_settled = summary["best_settled"] and summary["unsettled"] <= MOST_UNSETTLED
+    is_finished, is_settled = (name not in summary["doubts"] for name in ("unfinished", "unsettled"))
     if not is_finished:
         yield (
             f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"

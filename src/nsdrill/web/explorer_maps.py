@@ -25,7 +25,7 @@ from nsdrill.models.starts import Starts, slice_values
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
-from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.answer import before_trials, warnings, words_of
 from nsdrill.words.labels import quantity
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
@@ -84,7 +84,11 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
 def _told(found: Answer, units: str) -> Answer:
     """What the window of the file says, what lies beside its setting, and its warnings."""
     words = words_of(found, units)
-    return {"answer": words.sentence(), "lines": words.lines(), "warnings": list(warnings(found, units))}
+    return {
+        "answer": words.sentence(),
+        "lines": words.lines(),
+        "warnings": [*before_trials(found), *warnings(found, units)],
+    }
 
 
 def _first_point(window: Answer, maps: Classes, third: int) -> list[int] | None:

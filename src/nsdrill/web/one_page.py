@@ -636,7 +636,11 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
     against = "field data" if one.drills else "measurements"
     unseen = "".join(f" {text}" for text in _of_model(one))
-    return f"{LIMITS.format(against, estimates)}{unseen} {count(one.window['runs'], 'run')}.{more}"
+    limits = LIMITS.format(against, estimates)
+    rests = f" {rests}" if (rests := one.orders.rests_on().replace("Rests on", "What to stay within rests on")) else ""
+    inferred = one.window["inferred_runs"]
+    runs = count(one.window["runs"] - inferred, "run") + (f", and {inferred} inferred" if inferred else "")
+    return f"{limits}{rests}{unseen} {runs}.{more}"
 
 
 def _of_model(one: Sheet) -> list[str]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import shlex
 
+from nsdrill.analysis.doubts import notes_before
 from nsdrill.data import Answer, edited_words, frozen_modes, overrides
 from nsdrill.models.registry import drawn_in
 from nsdrill.web import asked, diagrams, explorer_maps, moving
@@ -28,7 +29,7 @@ class Session(Opened):
             "kind": self.kind,
             "file": os.path.basename(self.path),
             "title": self.title,
-            "edited": edited_words(self.attrs),
+            "edited": " ".join(filter(None, [edited_words(self.attrs), *notes_before(self.attrs)])),
             "model": self.study.model.title,
             "overrides": [f"{key} = {value}" for key, value in overrides(self.attrs, thresholds=True).items()],
             "units": self.units,

@@ -667,6 +667,15 @@ def _too_few_samples(summary: Answer) -> Iterator[str]:
     )
 
 
+def before_trials(summary: Answer) -> list[str]:
+    """That no trial was run of the setting, for what runs none; nothing where trials cannot be."""
+    found: Advice = summary["answer"]
+    can_be = described(summary["model"]).drills and "rotary_speed" in (*summary["axes"], summary["third"])
+    if found.cell is None or found.trials is not None or found.kind == Kind.NOTHING or not can_be:
+        return []
+    return ["BEFORE TRIALS: no way in, connection or disturbance of the setting was run."]
+
+
 def notes(summary: Answer, units: str) -> list[str]:
     """The warnings without their advice, for a picture."""
     return [f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(summary, units)]

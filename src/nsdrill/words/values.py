@@ -97,6 +97,14 @@ class Formatter:
         numbers = f"{low} to {high}"
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
+    def steps(self, axis: str, least: float, most: float) -> str:
+        """``2.5 to 10 rpm``, steps along an axis, each of three digits, as one may be smaller than
+        what can be set; of those that differ by rounding one."""
+        shown = shown_quantity(axis, self.system)
+        low, high = (f"{value / shown.scale:.3g}" for value in (least, most))
+        ends, numbers = ([least], low) if low == high else ([least, most], f"{low} to {high}")
+        return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
+
     def above(self, axis: str, speeds: list[float]) -> str:
         """``above 33 rpm``, of the least and the greatest of speeds, or of one; ``at any speed``
         of zero."""

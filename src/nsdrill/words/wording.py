@@ -624,9 +624,11 @@ class Words:
         return list(self._lines())[:MOST_LINES]
 
     def _lines(self) -> Iterator[str]:
+        rests = f" {self.rests_on()}"
         for axis in self.axes:
             if axis in self.advice.stay_within:
-                yield self._beside(axis)
+                yield f"{self._beside(axis)}{rests}".rstrip()
+                rests = ""
         if self.advice.way_in is not None:
             yield self._way_in()
         if self.advice.recover is not None:
@@ -658,6 +660,17 @@ class Words:
         if self.advice.never_exceed(axis) is None:
             return f"{text} Known to {value}." if axis == self.along else text
         return f"{text} Never exceed {value}{'' if why == high else f': {why}'}."
+
+    def rests_on(self) -> str:
+        """``Rests on 30 settings every 5 rpm and 2 klbf, none between; 12 inferred, not run.``: what
+        stands behind what to stay within; "" where that is no range."""
+        found = self.advice.basis
+        if found is None:
+            return ""
+        steps = [self.fmt.steps(axis, *found.steps[axis]) for axis in in_order(found.steps)]
+        every = f" every {listed(steps)}, none between" if steps else ""
+        inferred = f"; {found.inferred} inferred, not run" if found.inferred else ""
+        return f"Rests on {count(found.settings, 'setting')}{every}{inferred}."
 
     def exceed(self, axis: str) -> tuple[str, str] | None:
         """What never to exceed along an axis, as it can be set, and why; the one meaning of

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import ndtr
 from scipy.stats import chi2
 
+from nsdrill.analysis.counts import FIT_DOUBTS
 from nsdrill.analysis.fitting import (
     GOOD_GAIN,
     LEAST_GAIN,
@@ -59,6 +60,8 @@ if TYPE_CHECKING:
 QUANTILES = (0.05, 0.5, 0.95)
 SHORT = 12  # characters of the text of a round setting, at most
 SETTLED = "settled"
+MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
+MOST_UNSETTLED = 0.05  # of the weight of the samples
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
@@ -166,6 +169,7 @@ def fit(
     if note["failed"]:
         note["unknowns"] = _without_credit(note["unknowns"])
     note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
+    note["doubts"] = _doubts(note)
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -432,6 +436,17 @@ def _none_known(study: Study, measured: Measured, found: Array, endings: Counter
     )
 
 
+def _doubts(note: Answer) -> list[str]:
+    """Why the fit is doubtful, as answers from the written study tell it."""
+    is_so = {
+        "failed": bool(note["failed"]),
+        "unmatched": not note["explained"],
+        "unsettled": not note["best_settled"] or note["unsettled"] > MOST_UNSETTLED,
+        "unfinished": note["beta"] != 1 or note["effective"] < MIN_EFFECTIVE,
+    }
+    return [name for name in FIT_DOUBTS if is_so[name]]
+
+
 def _unsettled(fitted: Posterior, settled: Array) -> Answer:
     """The part of the samples, by weight, of which a motion had not settled, and whether
     those of the best sample had."""
@@ -457,9 +472,11 @@ def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Po
 def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], note: Answer) -> str:
     """The study with the samples as a table in place of the distributions."""
     resolved = copy.deepcopy(study.resolved)
-    section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}
+    section = {key: value for key, value in resolved["uncertain"].items() if key in HOW and key != "doubts"}
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
+    if note["doubts"]:
+        resolved["uncertain"]["doubts"] = list(note["doubts"])
     source = study.source or "a study"
     failed = (
         f"NOT KNOWN: {note['failed']} of {note['samples']} samples failed; they have no weight, and the truth may lie "
@@ -472,6 +489,8 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     passing = (
         f"NOT SETTLED: {100 * note['unsettled']:.0f} % of the samples, by weight; their motions were still changing."
     )
+    unmatched = f"NO RUN GIVES THESE DATA: the best is off by {note['misfit'] ** 0.5:.2g} times the errors."
+    few = f"NOT FINISHED: only {note['effective']:.0f} samples count."
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
@@ -481,6 +500,8 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         *([failed] if note["failed"] else []),
         *without,
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
+        *([unmatched] if "unmatched" in note["doubts"] else []),
+        *([few] if "unfinished" in note["doubts"] else []),
         *(f"Of the data: {one}." for one in note["notes"]),
     )
     text = study_text(resolved, head)

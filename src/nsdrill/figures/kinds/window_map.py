@@ -70,7 +70,7 @@ from nsdrill.figures.style import (
 )
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
 from nsdrill.records import dataclass
-from nsdrill.words.answer import MOST_WARNINGS, answer, headlines, is_hint, notes, of_both
+from nsdrill.words.answer import MOST_WARNINGS, answer, before_trials, headlines, is_hint, notes, of_both
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter
 
@@ -370,7 +370,7 @@ def window(
     told = _headlines(drawn.numbers, units)
     if text:
         title += f"\n{answer(drawn.numbers, units)}"
-        told = notes(drawn.numbers, units)[:MOST_WARNINGS]
+        told = [*before_trials(drawn.numbers), *notes(drawn.numbers, units)[:MOST_WARNINGS]]
     return Page(
         {name: partial(paint, number) for name, number in zip(names, numbers, strict=True)},
         title,
@@ -394,7 +394,8 @@ def _title(results: Results, units: str) -> str:
 
 def _headlines(numbers: Answer, units: str) -> list[str]:
     """The headlines of all warnings, in one line."""
-    return list(filter(None, ["; ".join(headlines(numbers, units))]))
+    untried = [text.partition(":")[0] for text in before_trials(numbers)]
+    return list(filter(None, ["; ".join([*untried, *headlines(numbers, units)])]))
 
 
 CHARACTERS = 15  # in an inch of the title of a panel
