@@ -407,7 +407,7 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
     assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
     assert found["changes_at"]["wob"] == pytest.approx(20 * KLBF)
-    assert "Stabilisers 30 ft apart may free" in found["sentence"]
+    assert "Stabilisers 30 ft apart, at the next trip, may free" in found["sentence"]
     assert {one["name"] for one in by_name["drillstring.collar.span=30 ft"]["trials"]} >= {HELD, OFF_ROCK, ON_WALL}
     assert len(found["sentence"].split()) <= 30
 
@@ -487,6 +487,51 @@ def test_changes_keep_to_where_one_drills():
     assert narrow.widest[1] <= 12.0
     assert narrow.room < wide.room
     assert 9.0 <= narrow.speed <= 12.0
+
+
+def test_what_a_change_allows_has_no_corner_that_vibrated():
+    """Both ends vibrate at the greatest weight, and the first at the least: that weight goes, and 5 rpm."""
+    ends = (90 * RPM, 150 * RPM)
+
+    def corner(rpm: float, klbf: float, outcome: Outcome) -> Trial:
+        return Trial(TO_CORNER, Way.CORNER, outcome, ("whirl",), speed=rpm * RPM, wob=klbf * KLBF)
+
+    trials_ = [corner(rpm, 22, Outcome.VIBRATES) for rpm in (90, 150)]
+    trials_ += [corner(90, 18, Outcome.VIBRATES), corner(150, 18, Outcome.FREE)]
+    change = replace(
+        remedies.AS_IT_IS, free=(ends,), widest=ends, room=2.5, speed=120 * RPM, weights=(18 * KLBF, 22 * KLBF)
+    )
+    less = window_trials._less(replace(change, trials=tuple(trials_)), 20 * KLBF)
+    assert less.widest == (pytest.approx(95 * RPM), 150 * RPM)
+    assert less.weights == (18 * KLBF, 20 * KLBF)
+    assert less.room == pytest.approx(25 / 12)
+    assert less.bad == [], "what lies outside disturbs no more"
+    assert window_trials._less(less, 20 * KLBF) is less
+    away = Trial("10 % slower and back", Way.EXCURSION, Outcome.VIBRATES, ("whirl",), there=108 * RPM)
+    cut = window_trials._less(replace(change, trials=(away,)), 20 * KLBF)
+    assert cut.widest == (pytest.approx(113 * RPM), 150 * RPM)
+    assert not cut.has_room
+
+
+def test_a_change_is_run_with_a_usual_damping_where_that_of_the_study_is_higher(monkeypatch):
+    """The torsion of the assembly has a ratio of 0.075 with the default; 0.03 is usual. One that is usual is not run."""
+    seen = []
+
+    def run(changed, change):
+        seen.append(changed.motions.study.parameters.drillstring.torsional_damping)
+        return replace(change, free=((80 * RPM, 130 * RPM),), room=2.0)
+
+    monkeypatch.setattr(remedies.Changed, "run", run)
+    for texts, holds in (((), True), (("drillstring.torsional_damping=20 N*m*s/rad",), None)):
+        one = bench(ROTARY, *texts)
+        changed = remedies.Changed(one.motions, {**one.values, "wob": 20 * KLBF}, one.speeds)
+        ends = (60 * RPM, 140 * RPM)
+        change = replace(changed.all()[1], free=(ends,), widest=ends, room=3.0, speed=100 * RPM)
+        found = changed.with_usual_damping(change)
+        assert found.holds_usual is holds
+        assert found.widest == ((80 * RPM, 130 * RPM) if holds else ends)
+    assert len(seen) == 1
+    assert 15.0 < seen[0] < 25.0
 
 
 def test_a_middle_is_one_of_where_one_drills():

@@ -10,15 +10,16 @@ import numpy as np
 from nsdrill.analysis.graded import SLACK, Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
-from nsdrill.analysis.trials import OTHER_BIT, Change
+from nsdrill.analysis.trials import OTHER_BIT, Change, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
-from nsdrill.app.check import lasting_motions
+from nsdrill.app.check import damping_of_torsion, lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError, count
+from nsdrill.models.damped import KEY, USUAL
 from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -100,6 +101,27 @@ class Changed:
         failed, of = int(np.count_nonzero(has_failed(results["status"]))), results["status"].size
         change = replace(change, why=f"{failed} of {of} runs failed" if failed else "")
         return change if failed == of else shown(change, maps, 0, 0)
+
+    def with_usual_damping(self, change: Change) -> Change:
+        """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
+        that leaves room; as it was where the damping of the study is usual, or lower."""
+        study = self.study_of(change)
+        damping = damping_of_torsion(study)
+        if damping is None or damping.ratio < USUAL or change.widest is None:
+            return change
+        resolved = self.motions.resolved(self.values)
+        section, name = KEY.split(".")
+        resolved[section] |= {name: damping.usual}
+        usual = replace(self, motions=Motions(prepare(parse_study(study_text(resolved), "the study"))))
+        ran = usual.run(change)
+        if ran.room is None:
+            return replace(change, why=f"with a usual damping of torsion not known: {ran.why}")
+        speed = change.speed or 0.0
+        at = next(((first, last) for first, last in ran.free if first <= speed <= last), None)
+        if at is None:
+            return replace(change, holds_usual=False)
+        less = narrowed(change, max(change.widest[0], at[0]), min(change.widest[1], at[1]))
+        return replace(less, holds_usual=True) if less.has_room else replace(change, holds_usual=False)
 
     def study_of(self, change: Change) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
