@@ -349,7 +349,7 @@ def test_the_sentence_names_what_helps():
 
 def test_changes_are_ranked_by_robustness_then_by_effort():
     """Soft torque that allows 32 to 49 rpm is poor, though it is switched on at once; stabilisers come before
-    collars that are ordered, though these have more room; a bit that no rig can make comes last."""
+    collars that are ordered, and these before a bit that no rig can make, though it has the most room."""
 
     def change(name: str, low: float, high: float, room: float) -> Change:
         ends, speed = (low * RPM, high * RPM), (low + high) / 2 * RPM
@@ -368,7 +368,7 @@ def test_changes_are_ranked_by_robustness_then_by_effort():
     )
     assert [one.robust for one in (soft, span, straight)] == [Robust.POOR, Robust.GOOD, Robust.GOOD]
     found = Trials(changes=(as_it_is, soft, straight, bit, span))
-    assert sorted(found.helping, key=lambda one: one.rank, reverse=True) == [span, straight, soft, bit]
+    assert sorted(found.helping, key=lambda one: one.rank, reverse=True) == [span, straight, bit, soft]
     assert found.best == span
     told = trial_words.best_words(found, "rotary_speed", FIELD)
     assert told == "span, at the next trip, would free 90 to 150 rpm at 18 to 22 klbf"

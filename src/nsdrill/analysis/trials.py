@@ -176,9 +176,8 @@ class Change:
 
     @property
     def rank(self) -> tuple[float, ...]:
-        """The greater, the better: the most robust, then the least effort, then the most trials and room. Another
-        bit comes last."""
-        return (self.effort != Effort.BIT, self.robust, -self.effort, self.share, self.room or 0.0)
+        """The greater, the better: the most robust, then the least effort, then the most trials and room."""
+        return (self.robust, -self.effort, self.share, self.room or 0.0)
 
     @property
     def inside(self) -> list[Trial]:

@@ -15,6 +15,7 @@ from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.check import damping_of_torsion, lasting_motions
 from nsdrill.app.experiment import prepare
+from nsdrill.app.running.price import cost_of_second
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
@@ -29,6 +30,7 @@ from nsdrill.variables import has_failed
 
 SPEEDS, MOST_SPEEDS = 25, 65  # of a change; with those between, where a motion begins that may last
 SETTLE, OBSERVE = 60.0, 60.0  # s
+TIMED = 20.0  # s of each motion by which changes are priced
 COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
 LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
@@ -160,6 +162,10 @@ class Changed:
             return len(self.study_of(change).axes["rotary_speed"]) * sum(self.held)
         except NsdrillError:
             return 0.0
+
+    def rate(self) -> float:
+        """How much time a second of the string as it is takes [s/s], on this machine, now."""
+        return cost_of_second(self.study_of(AS_IT_IS), TIMED)
 
     def _parsed(self, resolved: Resolved, change: Change) -> Study:
         return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])

@@ -87,7 +87,7 @@ def tried(
         place = _values(summary, results, motions, advice)
         later = Changed(motions, place, results.coords["rotary_speed"], severity, within)
     if (priced := changed or later) is not None:
-        told.foresee(priced, is_sure=changed is not None)
+        told.foresee(priced, is_sure=changed is not None, is_first=not is_open)
     try:
         with interrupt.interruptible():
             if is_open:
@@ -151,7 +151,7 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
         return found
     best: Change | None = None
     for change in sorted(found.helping, key=lambda one: one.rank, reverse=True)[:MOST_CHANGES]:
-        if best is not None and best.rank[:3] >= change.rank[:3]:
+        if best is not None and best.rank[:2] >= change.rank[:2]:
             break  # trials only take away
         tried = _tried_change(change, changed, speeds, workers, told)
         if tried is None:  # of a part of them nothing is told

@@ -128,6 +128,16 @@ def price(
     return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took, slow)
 
 
+def cost_of_second(study: Study, simulated: float) -> float:
+    """The time that a second of the motions of ``study`` takes in one lane [s/s], of ``simulated`` seconds of each of
+    some of its points, from steady and from drawn starts."""
+    experiment = prepare(study)
+    work = work_of(experiment)
+    duration = work.simulation.transient + work.simulation.observe
+    seconds, *_ = _estimate(work, 1, min(1.0, simulated / duration))
+    return seconds / (duration * experiment.plan.points)
+
+
 def _estimate(work: Work, workers: int, part: float) -> tuple[float, int, int]:
     """The time of all points and of their checks [s], from runs of this ``part`` of their
     time, the number of these runs, and how many of them were not timed to their end."""
