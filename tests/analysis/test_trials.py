@@ -509,7 +509,7 @@ def test_what_helps_is_judged_by_trials_of_it():
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
         trial_words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
-        == "What stabilisers 30 ft apart, at the next trip, would free is of one way up; no trial of that was run."
+        == "What stabilisers 30 ft apart would free is of one way up; no trial of that was run."
     )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]
     assert found["trials_at"] == {"rotary_speed": 120 * RPM}

@@ -3,6 +3,7 @@ same bits, and with what ended before an interrupt."""
 
 import json
 import math
+import time
 from dataclasses import replace
 from threading import Event
 
@@ -436,7 +437,7 @@ def test_the_price_of_changes_is_that_of_their_runs(monkeypatch):
         told = runs.Told(lambda progress: None)
         told.foresee(changed, is_sure=True, is_first=is_first)
         assert bool(told.price) == told_before
-        told.began -= 10.0
+        told.began = time.monotonic() - 10.0
         told.timed(20, 100.0, 1000.0)
         what, seconds = told.price.split(", about ")
         assert what == ("3 changes and trials of the best" if is_first else "20 trials and 3 changes")
