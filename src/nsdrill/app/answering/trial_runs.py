@@ -89,14 +89,14 @@ class Told:
     def __init__(self, watch: Watch, workers: int = 1) -> None:
         self.watch, self.workers, self.price = watch, workers, ""
         self.changes = 0
-        self.of_changes, self.is_sure, self.is_first = 0.0, False, False
+        self.of_changes, self.is_sure = 0.0, False
         self.began, self.compiled = time.monotonic(), compiling.seconds
 
     def foresee(self, changed: Changed, is_sure: bool, is_first: bool = False) -> None:
         """The changes of the string that follow for ``is_sure``, or else where trials withdraw the setting: each way
         up, and the trials of the best of them, at the cost of motions that vibrate as well. What ``is_first``,
         before any trial of the setting, is told at once."""
-        found, self.is_sure, self.is_first = changed.all(), is_sure, is_first
+        found, self.is_sure = changed.all(), is_sure
         self.changes = len(found)
         way_up = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
         self.of_changes = changed.rate() * (way_up + TRIED * OF_TRIED * FREE_COST / self.workers)
@@ -107,7 +107,7 @@ class Told:
     def timed(self, trials: int, simulated: float, left: float) -> None:
         """Trials, of ``simulated`` [s] in all, have ended; ``left`` [s] are left of the ``trials``, beside the
         changes, of which the best has as many."""
-        if self.is_first:  # all of it is told
+        if self.price:  # all of it is told before
             return
         seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
         changes, own = count(self.changes, "change"), seconds * left / simulated
