@@ -34,6 +34,7 @@ from nsdrill.analysis.trials import (
     WEIGHT_FIRST,
     Change,
     Outcome,
+    Robust,
     Trial,
     Trials,
     Way,
@@ -107,8 +108,10 @@ def test_what_trials_found_better_than_a_hint_is_in_the_first_sentence(withdrawn
         POINT if withdrawn else narrow, Trials(ways("www" if withdrawn else "...", "www"), (tried,), wob=100e3)
     )
     said = sentence(found)
-    assert "Stabilisers 30 ft apart would free 90 to 160 rpm at 22.5 klbf, untried elsewhere." in said
-    assert ("in ended free in trials." in said) == withdrawn
+    assert (
+        "Stabilisers 30 ft apart, at the next trip, would free 90 to 160 rpm at 22.5 klbf, untried elsewhere." in said
+    )
+    assert ("no way in is free." in said) == withdrawn
     assert is_short(said)
 
 
@@ -336,12 +339,50 @@ def test_the_sentence_names_what_helps():
     span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
     nothing = Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),))
     found = confirmed(nothing, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF))
-    told = "Stabilisers 30 ft apart may free 90 to 160 rpm at 20 klbf, untried elsewhere."
+    told = "Stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm at 20 klbf, untried elsewhere."
     assert sentence(found) == f"Nothing is safe: whirl at 45 to 180 rpm. {told}"
     stops = (("stick_slip", 45 * RPM, 80 * RPM), ("bit_bounce", 60 * RPM, 90 * RPM), *nothing.stops)
     more = sentence(replace(found, stops=stops))
     assert more.endswith(told), "at which weight alone it was tried stays where words are few"
     assert len(more.split()) <= MOST_WORDS
+
+
+def test_changes_are_ranked_by_robustness_then_by_effort():
+    """Soft torque that allows 32 to 49 rpm is poor, though it is switched on at once; stabilisers come before
+    collars that are ordered, and these before a bit that no rig can make, though it has the most room."""
+
+    def change(name: str, low: float, high: float, room: float) -> Change:
+        ends, speed = (low * RPM, high * RPM), (low + high) / 2 * RPM
+        weights = (18 * KLBF, 22 * KLBF)
+        trials = ways("...", "....")
+        return Change(
+            name, "k", "v", name, (ends,), room=room, widest=ends, speed=speed, trials=trials, weights=weights
+        )
+
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+    soft, span, straight, bit = (
+        change("drive", 32, 49, 1.7),
+        change("span", 90, 150, 2.6),
+        change("eccentricity", 80, 160, 3.3),
+        change("lobes", 60, 180, 5.0),
+    )
+    assert [one.robust for one in (soft, span, straight)] == [Robust.POOR, Robust.GOOD, Robust.GOOD]
+    found = Trials(changes=(as_it_is, soft, straight, bit, span))
+    assert sorted(found.helping, key=lambda one: one.rank, reverse=True) == [span, straight, bit, soft]
+    assert found.best == span
+    told = trial_words.best_words(found, "rotary_speed", FIELD)
+    assert told == "span, at the next trip, would free 90 to 150 rpm at 18 to 22 klbf"
+    narrow = replace(span, weights=(20 * KLBF, 20 * KLBF))
+    assert narrow.robust == Robust.POOR, "no one holds the weight"
+    doubtful = replace(span, trials=ways("...", "..w."))
+    assert doubtful.robust == Robust.FAIR
+    assumed = replace(span, holds_usual=False)
+    assert assumed.robust == Robust.POOR
+    told = trial_words.change_words(assumed, found, "rotary_speed", FIELD)
+    assert told == "span, at the next trip, may free 90 to 150 rpm at 18 to 22 klbf, with the assumed damping only"
+    data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][4]
+    assert (data["effort"], data["robust"], data["share_free"]) == ("at the next trip", "good", 1.0)
+    assert data["stay_within"]["wob"] == {"from": 18 * KLBF, "to": 22 * KLBF}
 
 
 def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
@@ -446,15 +487,22 @@ def test_what_helps_is_judged_by_trials_of_it():
     bad = replace(span, trials=(*ways("...", "...."), bounces))
     good = replace(straight, trials=(*ways("...", "w..."), Trial(HELD, Way.KNOCK, FREE), knock(VIBRATES)))
     alone, both = Trials(changes=(as_it_is, bad)), Trials(changes=(as_it_is, bad, good))
-    assert trial_words.best_words(alone, "rotary_speed", FIELD) == "stabilisers 30 ft apart may free 90 to 160 rpm"
+    assert (
+        trial_words.best_words(alone, "rotary_speed", FIELD)
+        == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm"
+    )
     assert trial_words.best_trials(alone, FIELD) == (
         "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
         "bit-bounce."
     )
-    assert trial_words.best_words(both, "rotary_speed", FIELD) == "collars straight to 2 mm may free 90 to 160 rpm"
+    both_words = trial_words.best_words(both, "rotary_speed", FIELD)
+    assert both_words == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm", "as robust, and nearer"
     sure = replace(straight, trials=(*ways("...", "...."), Trial(HELD, Way.KNOCK, FREE), knock(FREE)))
     free = Trials(changes=(as_it_is, bad, sure))
-    assert trial_words.best_words(free, "rotary_speed", FIELD) == "collars straight to 2 mm would free 90 to 160 rpm"
+    assert (
+        trial_words.best_words(free, "rotary_speed", FIELD)
+        == "collars straight to 2 mm, to be ordered, would free 90 to 160 rpm"
+    )
     other = Change("lobes", "b", "0 m", "the same bit without lobes", room=4.6, trials=sure.trials, **some)
     assert Trials(changes=(as_it_is, other, sure)).best == sure, "a rig cannot make that of its bit"
     assert Trials(changes=(as_it_is, other, bad)).best == other

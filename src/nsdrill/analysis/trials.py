@@ -8,11 +8,13 @@ failed, or was not run, is unknown; it is never counted as free.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from enum import StrEnum
+from dataclasses import replace
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
 from nsdrill.analysis.planes import stretches
+from nsdrill.analysis.room import tolerance
 from nsdrill.analysis.untried import Jump, data_of_jump
 from nsdrill.data import Answer
 from nsdrill.records import dataclass
@@ -26,6 +28,46 @@ TAGGED_IN_CORNER = "in a corner, picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
 RESOLVED = 1.2  # the ratio of two rates of which both are free, up to which what lies between needs no trial
 OTHER_BIT = "lobes"  # the change that no rig can make of its bit, so that every other one comes before it
+
+
+HOLDS_SPEED, HOLDS_WEIGHT = 5.0 * np.pi / 30, 8896.443230521  # to what a driller holds them: 5 rpm, 2 klbf
+
+
+class Effort(IntEnum):
+    """What a change takes, the least first."""
+
+    SURFACE = 0
+    TRIP = 1
+    ORDER = 2
+    BIT = 3
+    """One that no rig can make of its bit."""
+
+    @property
+    def words(self) -> str:
+        return ("at the surface", "at the next trip", "to be ordered", "with another bit")[self]
+
+
+EFFORTS = {
+    "none": Effort.SURFACE,
+    "weight": Effort.SURFACE,
+    "drive": Effort.SURFACE,
+    "span": Effort.TRIP,
+    "collar": Effort.ORDER,
+    "eccentricity": Effort.ORDER,
+    OTHER_BIT: Effort.BIT,
+}
+
+
+class Robust(IntEnum):
+    """How much a change may be relied on."""
+
+    POOR = 0
+    FAIR = 1
+    GOOD = 2
+
+
+# the least width of the speeds, in what a driller holds; margin, in tolerances; and share of the trials free
+LEAST_OF = {Robust.GOOD: (6.0, 2.0, 0.9), Robust.FAIR: (4.0, 1.0, 0.75)}
 
 
 class Outcome(StrEnum):
@@ -96,16 +138,67 @@ class Change:
     jump: Jump | None = None
     """What its steps may still jump across; None where they are fine enough."""
 
+    weights: tuple[float, float] | None = None
+    """The least and the greatest weight [N] at which trials in the corners of :attr:`widest` were free; None where
+    there were none."""
+    holds_usual: bool | None = None
+    """Whether it is free as well with a usual, lower damping of torsion; None where that was not tried."""
+
     @property
     def has_room(self) -> bool:
         """Whether it has room for a tolerance."""
         return (self.room or 0.0) >= 1.0 - 1e-9
 
     @property
+    def effort(self) -> Effort:
+        return EFFORTS[self.name]
+
+    @property
+    def share(self) -> float:
+        """The share of its trials that ended free, but for those on the wall, and in corners that were left out
+        since; 1 where none were run."""
+        inside = [one for one in self.inside if one.name not in _OF_WALL]
+        return _free_share(inside) if inside else 1.0
+
+    @property
+    def robust(self) -> Robust:
+        """How much it may be relied on: by the speeds that it allows, its margin and the share of its trials; poor
+        where the weight cannot be held, or where a usual damping undoes it. Before trials, at best."""
+        if self.widest is None or self.holds_usual is False:
+            return Robust.POOR
+        if self.weights is not None and self.weights[1] - self.weights[0] < 2.0 * HOLDS_WEIGHT * (1.0 - 1e-9):
+            return Robust.POOR
+        has = ((self.widest[1] - self.widest[0]) / HOLDS_SPEED, self.room or 0.0, self.share)
+        for grade, least in LEAST_OF.items():
+            if all(one >= need - 1e-9 for one, need in zip(has, least, strict=True)):
+                return grade
+        return Robust.POOR
+
+    @property
+    def rank(self) -> tuple[float, ...]:
+        """The greater, the better: the most robust, then the least effort, then the most trials and room."""
+        return (self.robust, -self.effort, self.share, self.room or 0.0)
+
+    @property
+    def inside(self) -> list[Trial]:
+        """Its trials, without corners and excursions that lie outside of what it allows now."""
+        return [one for one in self.trials if self._is_inside(one)]
+
+    def _is_inside(self, one: Trial) -> bool:
+        if self.weights is None or self.widest is None or not one.outcome.is_bad:
+            return True
+        spans = []
+        if one.way == Way.CORNER and one.speed is not None and one.wob is not None:
+            spans = [(one.speed, self.widest), (one.wob, self.weights)]
+        elif one.there is not None:
+            spans = [(one.there, self.widest)]
+        return all(low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9) for value, (low, high) in spans)
+
+    @property
     def bad(self) -> list[Trial]:
         """What disturbs it in trials: not the wall, on which a collar may stay at every setting
         that is recommended as well."""
-        return [one for one in self.trials if one.way != Way.IN and one.outcome.is_bad and one.name not in _OF_WALL]
+        return [one for one in self.inside if one.way != Way.IN and one.outcome.is_bad and one.name not in _OF_WALL]
 
     @property
     def free_ways(self) -> float:
@@ -229,11 +322,10 @@ class Trials:
 
     @property
     def best(self) -> Change | None:
-        """Of the changes that are :attr:`helping` that with the most room, or the string as it is
-        where it has room brought up from below, and the file did not show that. What no trial
-        of it disturbs comes first, then what is no other bit, then what most ways in reach. What none reaches, or
-        vibrates after a tag, helps nothing, nor, of a string that has room, what fewer ways in reach. None where no
-        change helps, or where only some samples need one."""
+        """Of the changes that are :attr:`helping` that of the highest :attr:`Change.rank`, or the string as it is
+        where it has room brought up from below, and the file did not show that. What none of its ways in
+        reaches, or vibrates after a tag, helps nothing, nor, of a string that has room, what fewer ways in reach.
+        None where no change helps, or where only some samples need one."""
         now = self.as_it_is
         has_room = now is not None and now.has_room
         if has_room and not self.mapped:
@@ -242,11 +334,15 @@ class Trials:
         # where some were tried, of the others nothing more is known than of those that failed
         tried = [one for one in self.helping if one.trials] or self.helping
         found = [one for one in tried if one.is_sound and (not one.trials or one.free_ways >= share)]
-        return max(
-            found,
-            key=lambda one: (bool(one.trials) and not one.bad, one.name != OTHER_BIT, one.free_ways, one.room or 0.0),
-            default=None,
-        )
+        return max(found, key=lambda one: one.rank, default=None)
+
+
+def narrowed(change: Change, low: float, high: float) -> Change:
+    """The ``change`` that allows no more than the speeds from ``low`` to ``high`` [rad/s], with the room that this
+    leaves at its setting."""
+    speed = change.speed or 0.0
+    margin = min(speed - low, high - speed) / float(tolerance("rotary_speed", np.array([speed, speed]))[0])
+    return replace(change, widest=(low, high), room=max(min(change.room or 0.0, margin), 0.0))
 
 
 def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
@@ -345,6 +441,16 @@ def data_of(found: Trials, along: str) -> Answer:
                 "set": one.value,
                 "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
                 "room": one.room,
+                "effort": one.effort.words if one.key else None,
+                "robust": one.robust.name.lower() if one.key and one.has_room else None,
+                "share_free": one.share if one.trials else None,
+                "stay_within": None
+                if one.widest is None or one.weights is None
+                else {
+                    axis: {"from": low, "to": high}
+                    for axis, (low, high) in (("rotary_speed", one.widest), ("wob", one.weights))
+                },
+                "holds_with_usual_damping": one.holds_usual,
                 "why": one.why,
                 "jump": one.jump and data_of_jump(one.jump),
                 "trials_at": None if one.speed is None else {"rotary_speed": one.speed},

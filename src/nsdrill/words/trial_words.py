@@ -100,15 +100,19 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         return ""
     where = f" at {fmt.value('wob', found.wob)}" if found.wob is not None and change.name != "weight" else ""
     where += ", untried elsewhere" if where and change.key else ""
+    if change.weights is not None and change.weights[1] > change.weights[0]:
+        where = f" at {fmt.range_inwards('wob', *change.weights)}"
     free = f"{fmt.range_inwards(along, *change.widest)}{where}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
     is_sure = (
         bool(change.trials)
         and change.jump is None
-        and all(one.outcome == Outcome.FREE for one in change.trials if one.name != SLOWED)
+        and change.holds_usual is not False
+        and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
-    return f"{change.words} {'would' if is_sure else 'may'} free {free}"
+    assumed = ", with the assumed damping only" if change.holds_usual is False else ""
+    return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{assumed}"
 
 
 def best_trials(found: Trials | None, fmt: Formatter) -> str:
@@ -120,7 +124,7 @@ def best_trials(found: Trials | None, fmt: Formatter) -> str:
     if not best.trials or best.speed is None:
         return f"What {best.words} would free is of one way up; no trial of that was run."
     ways = [one for one in best.trials if one.way == Way.IN]
-    bad = [one for one in best.trials if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
+    bad = [one for one in best.inside if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
@@ -190,9 +194,16 @@ def _freed(change: Change, along: str, fmt: Formatter) -> str:
     if (jump := change.jump) is not None:
         at = fmt.range_outwards(jump.axis, jump.low, jump.high)
         told += f"; steps of {fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
-    return (
-        f"free at {text}; along the {of} room for {change.room:.1f} tolerances{told}" if text else f"nowhere free{told}"
-    )
+    if change.holds_usual is False:
+        told += "; not with a usual damping of torsion"
+    if not text:
+        return f"nowhere free{told}"
+    if change.weights is not None and change.widest is not None and change.has_room:
+        ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
+        told += f"; by trials {ends}: {change.robust.name.lower()}, {change.effort.words}"
+    elif change.weights is not None:
+        told += "; by trials no room"
+    return f"free at {text}; along the {of} room for {change.room:.1f} tolerances{told}"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:

@@ -323,7 +323,9 @@ class Words:
         helps = self._helps()
         if not helps:
             return text
-        return first_short(*(f"{begin} {helps}" for begin in (text, brief, brief.replace("Hint only:", "Hint:"))))
+        short = brief.replace("Hint only:", "Hint:")
+        shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", short)
+        return first_short(*(f"{begin} {helps}" for begin in (text, brief, short, shortest)))
 
     def why_withdrawn(self) -> str:
         """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""

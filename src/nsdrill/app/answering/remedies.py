@@ -10,15 +10,17 @@ import numpy as np
 from nsdrill.analysis.graded import SLACK, Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
-from nsdrill.analysis.trials import OTHER_BIT, Change
+from nsdrill.analysis.trials import OTHER_BIT, Change, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
-from nsdrill.app.check import lasting_motions
+from nsdrill.app.check import damping_of_torsion, lasting_motions
 from nsdrill.app.experiment import prepare
+from nsdrill.app.running.price import cost_of_second
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError, count
+from nsdrill.models.damped import KEY, USUAL
 from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -28,6 +30,7 @@ from nsdrill.variables import has_failed
 
 SPEEDS, MOST_SPEEDS = 25, 65  # of a change; with those between, where a motion begins that may last
 SETTLE, OBSERVE = 60.0, 60.0  # s
+TIMED = 20.0  # s of each motion by which changes are priced
 COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
 LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
@@ -101,6 +104,27 @@ class Changed:
         change = replace(change, why=f"{failed} of {of} runs failed" if failed else "")
         return change if failed == of else shown(change, maps, 0, 0)
 
+    def with_usual_damping(self, change: Change) -> Change:
+        """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
+        that leaves room; as it was where the damping of the study is usual, or lower."""
+        study = self.study_of(change)
+        damping = damping_of_torsion(study)
+        if damping is None or damping.ratio < USUAL or change.widest is None:
+            return change
+        resolved = self.motions.resolved(self.values)
+        section, name = KEY.split(".")
+        resolved[section] |= {name: damping.usual}
+        usual = replace(self, motions=Motions(prepare(parse_study(study_text(resolved), "the study"))))
+        ran = usual.run(change)
+        if ran.room is None:
+            return replace(change, why=f"with a usual damping of torsion not known: {ran.why}")
+        speed = change.speed or 0.0
+        at = next(((first, last) for first, last in ran.free if first <= speed <= last), None)
+        if at is None:
+            return replace(change, holds_usual=False)
+        less = narrowed(change, max(change.widest[0], at[0]), min(change.widest[1], at[1]))
+        return replace(less, holds_usual=True) if less.has_room else replace(change, holds_usual=False)
+
     def study_of(self, change: Change) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
         which a motion begins that may last."""
@@ -138,6 +162,10 @@ class Changed:
             return len(self.study_of(change).axes["rotary_speed"]) * sum(self.held)
         except NsdrillError:
             return 0.0
+
+    def rate(self) -> float:
+        """How much time a second of the string as it is takes [s/s], on this machine, now."""
+        return cost_of_second(self.study_of(AS_IT_IS), TIMED)
 
     def _parsed(self, resolved: Resolved, change: Change) -> Study:
         return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])

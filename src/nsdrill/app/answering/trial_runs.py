@@ -76,6 +76,8 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
+TRIED, OF_TRIED = 2, 7000.0  # changes that have trials, as a rule, and s simulated in those of one
+FREE_COST = 0.2  # of what a second of the string as it is costs, where most of its motions roll: that of trials
 
 Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
 
@@ -90,29 +92,36 @@ class Told:
         self.of_changes, self.is_sure = 0.0, False
         self.began, self.compiled = time.monotonic(), compiling.seconds
 
-    def foresee(self, changed: Changed, is_sure: bool) -> None:
+    def foresee(self, changed: Changed, is_sure: bool, is_first: bool = False) -> None:
         """The changes of the string that follow for ``is_sure``, or else where trials withdraw the setting: each way
-        up, and the trials of the best of them."""
-        found = changed.all()
-        self.changes, self.is_sure = len(found), is_sure
-        self.of_changes = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
+        up, and the trials of the best of them, at the cost of motions that vibrate as well. What ``is_first``,
+        before any trial of the setting, is told at once."""
+        found, self.is_sure = changed.all(), is_sure
+        self.changes = len(found)
+        way_up = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
+        self.of_changes = changed.rate() * (way_up + TRIED * OF_TRIED * FREE_COST / self.workers)
+        if is_first:
+            seconds = max(self.of_changes, 1.0)
+            self.price = f"{count(self.changes, 'change')} and trials of the best, about {seconds:.0f} s"
 
     def timed(self, trials: int, simulated: float, left: float) -> None:
         """Trials, of ``simulated`` [s] in all, have ended; ``left`` [s] are left of the ``trials``, beside the
         changes, of which the best has as many."""
+        if self.price:  # all of it is told before
+            return
         seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
-        changes, later = count(self.changes, "change"), self.of_changes + left
+        changes, own = count(self.changes, "change"), seconds * left / simulated
 
-        def about(simulated_later: float) -> str:
-            return f"about {max(seconds * simulated_later / simulated, 1.0):.0f} s"
+        def about(seconds: float) -> str:
+            return f"about {max(seconds, 1.0):.0f} s"
 
         if not self.changes:
-            self.price = f"{count(trials, 'trial')}, {about(left)}"
+            self.price = f"{count(trials, 'trial')}, {about(own)}"
         elif self.is_sure:
-            self.price = f"{count(trials, 'trial')} and {changes}, {about(left + later)}"
+            self.price = f"{count(trials, 'trial')} and {changes}, {about(own + self.of_changes)}"
         else:
-            tells = f"where they withdraw the setting {changes} and their trials, {about(later)} more"
-            self.price = f"{count(trials, 'trial')}, {about(left)}; {tells}"
+            tells = f"where they withdraw the setting {changes} and their trials, {about(self.of_changes)} more"
+            self.price = f"{count(trials, 'trial')}, {about(own)}; {tells}"
 
     def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
         self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))

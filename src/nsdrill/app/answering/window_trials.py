@@ -18,7 +18,7 @@ from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import SLACK, graded
-from nsdrill.analysis.trials import OTHER_BIT, Change, Trials
+from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Trials, Way, narrowed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
 from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from nsdrill.app.datasets import Source
 
 MOST_CUTS = 12  # of what to stay within, by trials
-MOST_CHANGES = 2  # that are tried
+MOST_CHANGES = 3  # that are tried
 
 
 def window(
@@ -87,7 +87,7 @@ def tried(
         place = _values(summary, results, motions, advice)
         later = Changed(motions, place, results.coords["rotary_speed"], severity, within)
     if (priced := changed or later) is not None:
-        told.foresee(priced, is_sure=changed is not None)
+        told.foresee(priced, is_sure=changed is not None, is_first=not is_open)
     try:
         with interrupt.interruptible():
             if is_open:
@@ -145,23 +145,82 @@ def _within_corners(
 
 
 def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers: int, told: Told) -> Trials:
-    """The trials with those of the changes that have the most room, until one is found that
-    nothing disturbs: what helps is judged as the setting itself is."""
+    """The trials with those of the changes that promise most, until none that is left can be better: what helps is
+    judged as the setting itself is."""
     if found.best is None or not found.best.key:
         return found
-    for change in sorted(found.helping, key=lambda one: (one.name == OTHER_BIT, -(one.room or 0.0)))[:MOST_CHANGES]:
-        motions, place = changed.point(change)
-        assert change.widest is not None
-        bench = Bench(motions, place, speeds, change.widest[0], changed.severity, ())
-        ends = ((one, place["wob"]) for one in change.widest if one != place["rotary_speed"])
-        ran = replace(bench, corners=tuple(ends)).all(Trials(), workers, told)
-        if ran.is_cut_short:  # of a part of them nothing is told
+    best: Change | None = None
+    for change in sorted(found.helping, key=lambda one: one.rank, reverse=True)[:MOST_CHANGES]:
+        if best is not None and best.rank[:2] >= change.rank[:2]:
+            break  # trials only take away
+        tried = _tried_change(change, changed, speeds, workers, told)
+        if tried is None:  # of a part of them nothing is told
             return replace(found, interrupted=True)
-        tried = replace(change, trials=ran.trials)
         found = replace(found, changes=tuple(tried if one is change else one for one in found.changes))
-        if tried.is_reached and not tried.bad:
-            break
+        if tried.has_room and tried.is_sound and (best is None or tried.rank > best.rank):
+            best = tried
     return found
+
+
+def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
+    """The ``change`` with its trials, at the weights to which a driller holds it as well, and what it allows cut
+    until no corner of that vibrates, nor the setting after an excursion in it; and whether it is free with a
+    usual damping of torsion. None where they were interrupted."""
+    motions, place = changed.point(change)
+    assert change.widest is not None
+    assert change.speed is not None
+    low, wob = change.widest[0], place["wob"]
+    lightest, heaviest = changed.within.get("wob", (0.0, np.inf))
+    light = max(wob - HOLDS_WEIGHT, lightest) if wob > HOLDS_WEIGHT else wob
+    change = replace(change, weights=(min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)))
+    bench = Bench(motions, place, speeds, low, changed.severity, _corners_of(change, wob))
+    ran = bench.all(Trials(), workers, told)
+    change = replace(change, trials=ran.trials)
+    for _ in range(MOST_CUTS):
+        if ran.is_cut_short:
+            return None
+        less = _less(change, wob)
+        if less is change or not less.has_room or ran.withdraws:
+            change = less
+            break
+        seen = {(one.speed, one.wob) for one in ran.corners}
+        change, corners = less, tuple(one for one in _corners_of(less, wob) if one not in seen)
+        if corners:
+            ran = replace(bench, corners=corners).of_corners(ran, workers, told)
+            change = replace(change, trials=ran.trials)
+    else:
+        change = replace(change, room=0.0)  # of its corners not all were tried
+    return changed.with_usual_damping(change) if change.has_room else change
+
+
+def _corners_of(change: Change, wob: float) -> tuple[tuple[float, float], ...]:
+    """The speed and the weight at each corner of what a ``change`` allows, but its setting."""
+    assert change.widest is not None
+    assert change.weights is not None
+    corners = dict.fromkeys(product(change.widest, change.weights))
+    return tuple(one for one in corners if one != (change.speed, wob))
+
+
+def _less(change: Change, wob: float) -> Change:
+    """The ``change`` with less of what it allows where corners of that vibrate, or the setting after an excursion in
+    it; itself where none does. A weight goes at which both ends of the speeds vibrate, else what a driller
+    holds of the speeds."""
+    assert change.speed is not None
+    assert change.widest is not None
+    assert change.weights is not None
+    speed, (low, high), (light, heavy) = change.speed, change.widest, change.weights
+    corners = {(one.speed, one.wob) for one in change.inside if one.way == Way.CORNER and one.outcome.is_bad}
+    there = [one.there for one in change.inside if one.there is not None and one.outcome.is_bad]
+    if not corners and not there:
+        return change
+    gone = {one for one in (light, heavy) if one != wob and {(low, one), (high, one)} <= corners}
+    left = {one for one in corners if one[1] not in gone}
+    speeds = {one for one, _ in left}
+    lows = [low + HOLDS_SPEED] * (low in speeds) + [one + HOLDS_SPEED for one in there if one < speed]
+    highs = [high - HOLDS_SPEED] * (high in speeds) + [one - HOLDS_SPEED for one in there if one > speed]
+    low, high = max([low, *lows]), min([high, *highs])
+    weights = (wob if light in gone else light, wob if heavy in gone else heavy)
+    return replace(narrowed(change, low, high), weights=weights)
 
 
 def _values(summary: Answer, results: Results, motions: Motions, advice: Advice) -> dict[str, float]:

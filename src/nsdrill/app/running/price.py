@@ -128,7 +128,17 @@ def price(
     return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took, slow)
 
 
-def _estimate(work: Work, workers: int, part: float) -> tuple[float, int, int]:
+def cost_of_second(study: Study, simulated: float) -> float:
+    """The time that a second of the motions of ``study`` takes in one lane [s/s], of ``simulated`` seconds of each of
+    some of its points, from steady and from drawn starts."""
+    experiment = prepare(study)
+    work = work_of(experiment)
+    duration = work.simulation.transient + work.simulation.observe
+    seconds, *_ = _estimate(work, 1, min(1.0, simulated / duration), lasts=True)
+    return seconds / (duration * experiment.plan.points)
+
+
+def _estimate(work: Work, workers: int, part: float, *, lasts: bool = False) -> tuple[float, int, int]:
     """The time of all points and of their checks [s], from runs of this ``part`` of their
     time, the number of these runs, and how many of them were not timed to their end."""
     simulation = work.simulation
@@ -148,6 +158,8 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int, int]:
         found = [np.where(steps >= most, simulation.max_steps * part, steps) for steps in found]
         # Parts with code of their own run one after the other. The method may change
         # along a chain, of which each then has a share.
+        if lasts:  # a vibration that is carried along the way up: the costlier kind of start
+            found = [max(found, key=lambda steps: float(np.mean(steps)))]
         share, of_method = of_part / len(points), len(own) / of_part
         of_points = share * of_method * plan.points
         filled = of_method * _packed_steps(share * plan.abreast, plan.chain_length, lanes * workers, found)
