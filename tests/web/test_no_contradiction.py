@@ -47,16 +47,21 @@ def row(draw: random.Random, length: int, way: str) -> str:
     """The labels of a row: stretches of one kind each, on the way up most often of stick-slip and then free."""
     text = "s" * draw.randint(0, length // 3) if way != "same" else ""
     while len(text) < length:
-        text += draw.choices(".wbsxt", (12, 5, 2, 1, 1, 1))[0] * draw.randint(1, 5)
+        text += draw.choices(".wbsxt", (20, 4, 1, 1, 1, 1))[0] * draw.randint(2, 8)
     return text[:length]
 
 
 def drawn(draw: random.Random) -> Results:
-    """A map of one to four weights, over speeds that are coarse or fine."""
+    """A map of one to five weights, over speeds that are coarse or fine."""
     begin, step = draw.choice((30, 40, 57.5, 70)), draw.choice((0.75, 2.5, 5, 10))
-    speeds = [(begin + step * place) * RPM for place in range(draw.randint(6, 14))]
-    weights = [(5 + 5 * place) * KLBF for place in range(draw.randint(1, 4))]
-    ways = {way: [row(draw, len(speeds), way) for _ in weights] for way in draw.choice(PROCEDURES)}
+    speeds = [(begin + step * place) * RPM for place in range(draw.randint(8, 20))]
+    weights = [(5 + 5 * place) * KLBF for place in range(draw.choice((1, 3, 4, 5)))]
+    ways = {}
+    for way in draw.choice(PROCEDURES):
+        lines = [row(draw, len(speeds), way)]
+        while len(lines) < len(weights):  # as the row below it, most often
+            lines.append(lines[-1] if draw.random() < 0.7 else row(draw, len(speeds), way))
+        ways[way] = lines
     if draw.random() < 0.4 and "down" in ways:
         ways["down"] = ways["up"]
     results = made(draw.choice((None, WALL)), speeds, weights, **ways)
@@ -74,7 +79,7 @@ def trials(draw: random.Random, advice) -> Trials:
         return Trial(name, way, outcome, ("whirl",) if outcome.is_bad else (), **values)
 
     rates = (0.2 * RPM, 1 * RPM, 3 * RPM, 10 * RPM)
-    bad, speed = draw.choice((0.0, 0.3, 1.0)), advice.point["rotary_speed"]
+    bad, speed = draw.choice((0.0, 0.0, 0.3, 1.0)), advice.point["rotary_speed"]
     found = [ended(name, Way.IN, bad, rate=rate) for name in (WEIGHT_FIRST, SPEED_FIRST) for rate in rates]
     found += [ended(TAGGED, Way.EXCURSION, 0.1, speed=speed), ended(OFF_ROCK, Way.KNOCK)]
     found.append(ended(ON_WALL, Way.KNOCK, 0.5, speed=speed))
@@ -82,7 +87,7 @@ def trials(draw: random.Random, advice) -> Trials:
         found.append(Trial(SLOWED, Way.KNOCK, Outcome.FREE, speed=draw.choice((0.5, 0.8)) * speed, after=ON_WALL))
     for side in ("low", "high"):
         values = {axis: getattr(one, side) for axis, one in advice.stay_within.items()}
-        if {"rotary_speed", "wob"} <= values.keys():
+        if {"rotary_speed", "wob"} <= values.keys() and values != {axis: advice.point[axis] for axis in values}:
             found.append(ended(TO_CORNER, Way.CORNER, 0.2, speed=values["rotary_speed"], wob=values["wob"]))
     return Trials(tuple(found), set_down=(5.0, 20.0), weight_on=20.0)
 
@@ -179,7 +184,7 @@ def targets(one: Sheet) -> list[tuple[str, dict[str, float]]]:
     """The settings to which the orders lead, but for a vibration, which has to end: each with its text."""
     found = []
     for text in one.orders.do():
-        if match := re.match(r"Drill at ([^.]+)\. Stay within ((?:[^.]|\.\d)+)\.", text):
+        if match := re.match(r"Drill at ((?:[^.]|\.\d)+)\. Stay within ((?:[^.]|\.\d)+)\.", text):
             found.append((text, _value(match[1])))
             within = match[2].partition(", but not at ")[0]
             ends = _ranges(within)
@@ -221,7 +226,7 @@ def test_no_order_leads_to_what_is_forbidden():
             for no in orders.do_not():
                 if (match := re.match(r"Do not run at ([^:]+): in trials", no)) and "Drill at" in " ".join(orders.do()):
                     assert any(f"but not at {match[1]}" in text or f"or {match[1]}" in text for text in orders.do())
-    assert told_of > STUDIES
+    assert told_of > 100
 
 
 def test_every_setting_within_the_limits_is_allowed_by_the_map():

@@ -66,13 +66,13 @@ def test_a_range_below_which_one_stays_is_not_to_be_crossed():
 def test_each_weight_has_what_is_allowed():
     said = words(made(WALL, up=["ss..w.w", *FREE[1:]], down=ROLLS))
     assert "allowed [rpm]" in said
-    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100, 120" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110, whirl 120 to 130 90 to 100, 120" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
 def test_what_is_free_from_a_quick_start_only_is_not_allowed_to_who_brings_up_and_bounds_what_is_brought_up():
     said = words(made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS, same=["....w..", *FREE[1:]]))
-    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110; quick start: none to 130 90 to 100" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
@@ -294,7 +294,7 @@ def test_steps_that_may_jump_are_in_the_table_the_map_and_the_warnings():
 
 def test_a_quick_start_that_the_map_outlines_is_in_the_table_of_a_hint_too():
     said = words(made(WALL, up=["s.wwwww", *["sswwwww"] * 4], same=["s.w....", *["sss...."] * 4]))
-    assert "15 klbf 90 to 100 whirl from 90 quick start only: 100 to 130" in said
+    assert "15 klbf 90 to 100 whirl from 90; quick start: none to 130 quick start only: 100 to 130" in said
 
 
 def test_stick_slip_that_gives_way_to_whirl_has_not_ended():

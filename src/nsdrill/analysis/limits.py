@@ -132,6 +132,20 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     return found
 
 
+def limit_of_starts(maps: Graded, number: int, row: int) -> Limit | None:
+    """The first limit above the last stretch of a row [third, y] that is free from a quick start only; None where it
+    goes on to the end of the axis."""
+    quick, values = started_only(maps)[number, row], maps.values(maps.x)
+    last = int(np.flatnonzero(quick)[-1])
+    beyond = last + 1 + np.flatnonzero(~maps.allowed[number, row, last + 1 :])
+    if not beyond.size:
+        return None
+    first = int(beyond[0])
+    bits = int(maps.bits_on("same")[number, row, first]) or int(maps.bits_on(maps.way_in)[number, row, first])
+    step = Step(float(values[first - 1]), float(values[first]))
+    return Limit(step, Grade(int(maps.grade[number, row, first])), names_of(bits, responses_in(maps.results.attrs)))
+
+
 @dataclass(frozen=True)
 class Scatter:
     """A limit over samples: its 5, 50 and 95 % ``values``, and of how many samples."""

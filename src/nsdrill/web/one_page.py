@@ -24,6 +24,7 @@ from nsdrill.analysis.limits import (
     Step,
     allowed_over_samples,
     end_of_sticking,
+    limit_of_starts,
     next_limits,
     past_jumps,
     started_only,
@@ -644,7 +645,13 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         is_bounded = told and sure.size and limits[len(told) - 1].step.last == values[sure[-1]]
         begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
         told.append(f"{JUMPED} not known{begins}")
-    return ends, ", ".join(told) or f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
+    open_ended = f"none to {one.fmt.number(maps.x, float(values[-1]))}"
+    text = ", ".join(told) or open_ended
+    if quick.any():  # which lies above what bounds what is brought up
+        of_starts = limit_of_starts(maps, number, row)
+        started = words(of_starts) if of_starts is not None else open_ended
+        text = f"{text}; {'started at rest' if one.advice.from_rest else 'quick start'}: {started}"
+    return ends, text, allowed
 
 
 # What stands below.

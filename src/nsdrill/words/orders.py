@@ -178,11 +178,10 @@ class Orders(Words):
         at, verbs = self.lowered_to(), self.verbs_of(lowered, "or")
         if found.then:
             return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
-        at += self.not_below()
         if self._wall_may_hold():
-            return f"If it {verbs}: lower to {at}.{self.raise_again()} {other}"
+            return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {other}"
         above = " above the setting" if self.ends_at_setting() else ""
-        free = f"lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+        free = f"lower to {at}{self.below_limits()}{self.not_below()}; {self.was_free()}.{self.raise_again()}"
         return f"If it {verbs}{above}: {free} If any vibration goes on: {AGAIN}."
 
     def _do_not(self) -> Iterator[str]:

@@ -323,7 +323,7 @@ class Words:
             return text
         brief = f"No setting is safe: at {setting} {why}."
         is_tagged = not self.advice.trials or not self.advice.trials.withdraws
-        least = f"Not safe: {setting}, the best{', after a pick up and tag' if is_tagged else ''}."
+        least = f"Unsafe: {setting}, {'after a pick up and tag' if is_tagged else why}."
         return first_short(*(f"{begin} {helps}" for begin in (text, brief, least)))
 
     def why_withdrawn(self) -> str:
@@ -901,11 +901,12 @@ class Words:
             motion = self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then {self.comes(found)}; {again}{rolls}."
-        at += self.not_below()
         if self._wall_may_hold():
-            return f"If it {verbs}: lower to {at}.{self.raise_again()} If it whirls: not run; {again}{rolls}."
+            whirls = f"If it whirls: not run; {again}{rolls}."
+            return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {whirls}"
         above = " above the setting" if self.ends_at_setting() else ""
-        return f"If it {verbs}{above}: lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+        at += self.below_limits() + self.not_below()
+        return f"If it {verbs}{above}: lower to {at}; {self.was_free()}.{self.raise_again()}"
 
     def lowered_to(self) -> str:
         """To where a vibration is lowered, as it can be set above what bounds that."""
@@ -924,11 +925,11 @@ class Words:
         return self.fmt.value(found.axis, bound.value)
 
     def not_below(self) -> str:
-        """What bounds the speed to which a vibration is lowered: ``, not below, at 30 rpm it sticks``."""
+        """What bounds the speed to which a vibration is lowered: ``, and not to 30 rpm, where it sticks``."""
         found = self.advice.recover
         if found is None or found.bound is None:
             return ""
-        return f", not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
+        return f", and not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
