@@ -684,3 +684,13 @@ def test_an_excursion_after_which_it_vibrates_cuts_what_to_stay_within(there, ou
         assert one.above.by_trial
         assert one.above.responses == ("whirl",)
         assert cut.never_exceed("rotary_speed") == ends[1]
+
+
+def test_the_weight_first_is_ordered_as_it_was_tried():
+    """Trials begin with the weight on, and hold that: how it is set none of them shows."""
+    tried = replace(Trials(ways("....", "wwww")), weight_on=20.0)
+    found = confirmed(replace(POINT, way_in=WayIn(First.WEIGHT, begins=40 * RPM)), tried)
+    order = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do()[0]
+    held = "hold 20 s (trials begin with it on: how it is set was not tried)"
+    assert order == f"Set 22.5 klbf at 40 rpm, {held}. Then raise the speed to 100 rpm at 0.2 to 10 rpm/s."
+    assert data_of(found, "rotary_speed")["weight_on_for"] == {"value": 20.0, "units": "s"}

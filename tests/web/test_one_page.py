@@ -15,7 +15,7 @@ from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
-from nsdrill.web.one_page import Sheet, one_page
+from nsdrill.web.one_page import Sheet, in_rig_words, one_page
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -335,3 +335,39 @@ def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
     said = words(replace(one, attrs={**one.attrs, **damped}))
     assert ("nothing was brought up through" in said) == begins_above
     assert "THE DAMPING OF TORSION IS UNUSUAL" in said
+
+
+def test_a_rig_page_names_quantities_in_words():
+    said = in_rig_words(
+        "A: drillstring.torsional_damping is one number. Model digest: model digest 0123ab there, 45cd here."
+    )
+    assert said == "A: torsional damping is one number. Model digest: the equations of the model have changed."
+
+
+def test_a_vibration_is_not_lowered_to_where_it_vibrates_again():
+    """On the way down the whirl of 110 rpm has ended at 100 rpm, and at 90 rpm it sticks."""
+    said = words(made(up=["ss.....", *["......."] * 2], down=["sss.www"] * 3, weights=WEIGHTS[:3]))
+    assert "lower to 100 rpm" in said
+    assert "not to 90 rpm, where it sticks" in said
+    assert "the way down was free from there" not in said
+
+
+def test_a_run_that_failed_within_the_limits_says_what_that_means():
+    """The way down failed at two speeds of what to stay within, at which the way up is free."""
+    said = words(made(up=FREE, down=["s.x..xx"] * 5))
+    assert "At 4 points of that only the way up is known: what a vibration does there, once started, is not." in said
+    assert "only the way up is known" not in words(made(up=FREE, down=FREE))
+
+
+def test_si_is_rounded_to_what_can_be_held():
+    one = Sheet(made(up=FREE, down=FREE), "si", "x.h5")
+    assert one.orders.setting() == "67 kN and 10.5 rad/s (100 rpm)"
+    assert one.orders.ends("rotary_speed") == "8.4 to 12.5 rad/s (80.2 to 119 rpm)"
+
+
+def test_a_quick_start_says_from_where_not_to_raise_slowly():
+    """It whirls from 90 rpm on, where it is brought up; started above that it is free."""
+    said = words(made(WALL, up=["ss..www"] * 5, down=ROLLS, same=["ssss..."] * 5))
+    one = Sheet(made(WALL, up=["..wwwww"] * 5, down=ROLLS, same=["......w"] * 5), "field", "x.h5")
+    assert "from below 90 rpm" in " ".join(one.orders.do_not()), (one.orders.sentence(), one.orders.do_not())
+    assert said
