@@ -352,13 +352,6 @@ def test_a_vibration_is_not_lowered_to_where_it_vibrates_again():
     assert "the way down was free from there" not in said
 
 
-def test_a_run_that_failed_within_the_limits_says_what_that_means():
-    """The way down failed at two speeds of what to stay within, at which the way up is free."""
-    said = words(made(up=FREE, down=["s.x..xx"] * 5))
-    assert "At 4 points of that only the way up is known: what a vibration does there, once started, is not." in said
-    assert "only the way up is known" not in words(made(up=FREE, down=FREE))
-
-
 def test_si_is_rounded_to_what_can_be_held():
     one = Sheet(made(up=FREE, down=FREE), "si", "x.h5")
     assert one.orders.setting() == "67 kN and 10.5 rad/s (100 rpm)"

@@ -332,9 +332,6 @@ class Advice:
     from below this meets it. Empty where no run tells it."""
     from_first: bool = False
     """Whether that is the first value of the sweep, below which nothing was run."""
-    up_alone: int = 0
-    """At how many points within which one is to stay the way up alone is known, as another run failed or is
-    missing."""
     from_rest: bool = False
     """Whether the starts at the points are those of a bit at rest."""
     split: Split | None = None
@@ -543,7 +540,6 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         slowly_at=slowly_at,
         slowly_from={} if begins is None else {carried: float(maps.values(carried)[begins])},
         from_first=begins == 0,
-        up_alone=_up_alone(maps, cell, ends),
         from_rest=held,
         beside=_beside(maps, reach[number], cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
@@ -637,15 +633,6 @@ def _begins(maps: Graded, cell: Cell) -> int | None:
         return None
     quiet = np.flatnonzero(line == 0)
     return int(quiet[-1]) + 1 if quiet.size else 0
-
-
-def _up_alone(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> int:
-    """At how many of the points within the ``ends`` the way up is known, and another run is not."""
-    if maps.confidence is not None or maps.share is not None or "up" not in maps.ways:
-        return 0
-    rows, columns = (_inside(maps, axis, ends, at) for axis, at in ((maps.y, cell[1]), (maps.x, cell[2])))
-    here = maps.labels[:, cell[0], rows.start : rows.stop, columns.start : columns.stop, 0] == Label.UNKNOWN
-    return int(np.count_nonzero(here.any(axis=0) & ~here[maps.ways.index("up")]))
 
 
 def _inside(maps: Graded, axis: str | None, ends: Mapping[str, Stretch], at: int) -> range:

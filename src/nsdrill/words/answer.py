@@ -32,7 +32,7 @@ from nsdrill.variables import MODEL
 from nsdrill.words import trial_words
 from nsdrill.words.stick_slip_words import early_text, sticking_texts, stuck_through_text, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, response_words
-from nsdrill.words.wording import ONCE_STARTED, Words
+from nsdrill.words.wording import Words
 
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
@@ -467,9 +467,7 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
     failed."""
     if failed := summary["failed"]:
         points = count(summary["points_with_failed"], "point")
-        meaning = ". No window goes where the way in failed."
-        if inside := summary["answer"].up_alone:
-            meaning += f" Of {count(inside, 'point')} to stay within only the way up is known: {ONCE_STARTED}."
+        meaning = ". No window goes there."
         if summary["confidence"] is not None:
             meaning = (
                 ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "

@@ -9,10 +9,9 @@ from itertools import islice, takewhile
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial, are_resolved
-from nsdrill.errors import count
 from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE, in_order
-from nsdrill.words.wording import CUT_SHORT, ONCE_STARTED, Words, listed, period_words
+from nsdrill.words.wording import CUT_SHORT, Words, listed, period_words
 
 MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
@@ -108,11 +107,8 @@ class Orders(Words):
         tried = self.advice.trials
         bad = [one for one in tried.bad_corners if self._is_within(one)] if tried is not None else []
         but = f", but not at {listed([corner_words(one, self.fmt) for one in bad], 'or')}" if bad else ""
-        alone = ""
-        if inside := self.advice.up_alone:
-            alone = f" At {count(inside, 'point')} of that only the way up is known: {ONCE_STARTED}."
         return f"{'Drill' if self.drills else 'Run'} at {self.setting() or 'the setting'}." + (
-            f" Stay within {' and '.join(within)}{but}.{alone}" if within else alone
+            f" Stay within {' and '.join(within)}{but}." if within else ""
         )
 
     def _watch(self) -> Iterator[str]:

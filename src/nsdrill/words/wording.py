@@ -38,7 +38,6 @@ MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
-ONCE_STARTED = "what a vibration does there, once started, is not"
 NOT_SET = "trials begin with it on: how it is set was not tried"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
