@@ -75,7 +75,7 @@ def test_what_to_stay_within_leaves_out_a_corner_that_vibrates_in_trials():
     window = {**find_window(results), "answer": found}
     assert words_of(window, "field").sentence().startswith("Bring up to 15 klbf and 100 rpm from below; stay at 90 to")
     do_not = Orders(*needed_for_words(window, "field")).do_not()
-    assert "Do not go below 90 rpm: at 80 rpm and 30 klbf it sticks in a trial." in do_not
+    assert "Once there, do not go below 90 rpm: at 80 rpm and 30 klbf it sticks in a trial." in do_not
 
 
 def test_a_setting_without_room_beside_what_trials_found_is_a_hint():
@@ -99,7 +99,7 @@ def test_where_slowly_it_vibrates_within_the_limits_is_named():
     assert quick.slowly == ("whirl",)
     assert quick.slowly_at == {"rotary_speed": SPEEDS[3], "wob": WEIGHTS[1]}
     words = words_of({**found, "answer": quick}, "field")
-    assert words.sentence().endswith("it whirls at 15 klbf, 100 rpm.")
+    assert words.sentence().endswith("Slowly from below 100 rpm it whirls at 15 klbf, 100 rpm.")
     assert len(words.sentence().split()) <= 30
 
 

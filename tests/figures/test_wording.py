@@ -107,8 +107,8 @@ CASES = {
     ),
     "a quick start": (
         made(WALL, up=["wwwwwww"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5),
-        "Go to 15 klbf and 90 rpm quickly, 1.8 rpm/s or faster; stay at 70 to 120 rpm. Brought up slowly it whirls; "
-        "whirl does not stop.",
+        "Go to 15 klbf and 90 rpm quickly, 1.8 rpm/s or faster; stay at 70 to 120 rpm. Brought up slowly from 70 rpm "
+        "it whirls; whirl does not stop.",
     ),
     "started there": (
         made(same=["......w"] * 5),

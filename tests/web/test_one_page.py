@@ -15,7 +15,7 @@ from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
-from nsdrill.web.one_page import Sheet, one_page
+from nsdrill.web.one_page import Sheet, in_rig_words, one_page
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -66,13 +66,13 @@ def test_a_range_below_which_one_stays_is_not_to_be_crossed():
 def test_each_weight_has_what_is_allowed():
     said = words(made(WALL, up=["ss..w.w", *FREE[1:]], down=ROLLS))
     assert "allowed [rpm]" in said
-    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100, 120" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110, whirl 120 to 130 90 to 100, 120" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
 def test_what_is_free_from_a_quick_start_only_is_not_allowed_to_who_brings_up_and_bounds_what_is_brought_up():
     said = words(made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS, same=["....w..", *FREE[1:]]))
-    assert "10 klbf 80 to 90 whirl 100 to 110 90 to 100" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110; quick start: none to 130 90 to 100" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
@@ -294,7 +294,7 @@ def test_steps_that_may_jump_are_in_the_table_the_map_and_the_warnings():
 
 def test_a_quick_start_that_the_map_outlines_is_in_the_table_of_a_hint_too():
     said = words(made(WALL, up=["s.wwwww", *["sswwwww"] * 4], same=["s.w....", *["sss...."] * 4]))
-    assert "15 klbf 90 to 100 whirl from 90 quick start only: 100 to 130" in said
+    assert "15 klbf 90 to 100 whirl from 90; quick start: none to 130 quick start only: 100 to 130" in said
 
 
 def test_stick_slip_that_gives_way_to_whirl_has_not_ended():
@@ -335,3 +335,32 @@ def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
     said = words(replace(one, attrs={**one.attrs, **damped}))
     assert ("nothing was brought up through" in said) == begins_above
     assert "THE DAMPING OF TORSION IS UNUSUAL" in said
+
+
+def test_a_rig_page_names_quantities_in_words():
+    said = in_rig_words(
+        "A: drillstring.torsional_damping is one number. Model digest: model digest 0123ab there, 45cd here."
+    )
+    assert said == "A: torsional damping is one number. Model digest: the equations of the model have changed."
+
+
+def test_a_vibration_is_not_lowered_to_where_it_vibrates_again():
+    """On the way down the whirl of 110 rpm has ended at 100 rpm, and at 90 rpm it sticks."""
+    said = words(made(up=["ss.....", *["......."] * 2], down=["sss.www"] * 3, weights=WEIGHTS[:3]))
+    assert "lower to 100 rpm" in said
+    assert "not to 90 rpm, where it sticks" in said
+    assert "the way down was free from there" not in said
+
+
+def test_si_is_rounded_to_what_can_be_held():
+    one = Sheet(made(up=FREE, down=FREE), "si", "x.h5")
+    assert one.orders.setting() == "67 kN and 10.5 rad/s (100 rpm)"
+    assert one.orders.ends("rotary_speed") == "8.4 to 12.5 rad/s (80.2 to 119 rpm)"
+
+
+def test_a_quick_start_says_from_where_not_to_raise_slowly():
+    """It whirls from 90 rpm on, where it is brought up; started above that it is free."""
+    said = words(made(WALL, up=["ss..www"] * 5, down=ROLLS, same=["ssss..."] * 5))
+    one = Sheet(made(WALL, up=["..wwwww"] * 5, down=ROLLS, same=["......w"] * 5), "field", "x.h5")
+    assert "from below 90 rpm" in " ".join(one.orders.do_not()), (one.orders.sentence(), one.orders.do_not())
+    assert said

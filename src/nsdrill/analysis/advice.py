@@ -22,7 +22,7 @@ from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.off_bottom import drag_off_bottom, torsional_period
 from nsdrill.analysis.planes import Cell, along_axis, planes_of
 from nsdrill.analysis.probability import independent, interval
-from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch
+from nsdrill.analysis.room import ENOUGH, choose, nearest_outside, rectangle, room, stretch, tolerance
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
@@ -142,6 +142,9 @@ class Recover:
     """Other responses that trials met where it ended, or those that ``may`` begin there."""
     may: bool = False
     """Whether no run met these there after the vibration had ended, but the way up did."""
+    bound: Border | None = None
+    """The nearest value below ``at`` at which it vibrates, on either way, or of which nothing is known: not to be
+    lowered to. None where no run below vibrates."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
 
@@ -193,6 +196,13 @@ class WayIn:
     def can_pass(self) -> bool:
         """Whether a drive passes the wall range off bottom fast enough."""
         return self.wall is not None and self.rate is not None and self.rate <= FASTEST
+
+    @property
+    def no_stop_from(self) -> float | None:
+        """From where on [rad/s] the speed is raised off bottom without a stop: a tolerance below the wall's."""
+        if self.wall is None:
+            return None
+        return self.wall[0] - float(tolerance("rotary_speed", np.array([self.wall[0], self.wall[1]]))[0])
 
 
 @dataclass(frozen=True)
@@ -318,6 +328,11 @@ class Advice:
     """Of a quick start: the responses where the point is brought up slowly."""
     slowly_at: dict[str, float] = field(default_factory=dict)
     """Where these are met: the nearest such setting within the limits; empty at the point."""
+    slowly_from: dict[str, float] = field(default_factory=dict)
+    """At which value of the axis along which the state was carried that begins on the way up there: what is raised
+    from below this meets it. Empty where no run tells it."""
+    from_first: bool = False
+    """Whether that is the first value of the sweep, below which nothing was run."""
     from_rest: bool = False
     """Whether the starts at the points are those of a bit at rest."""
     split: Split | None = None
@@ -507,7 +522,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
     if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
-    slowly, slowly_at = _slowly(maps, cell, ends) if kind == Kind.QUICK_START and "up" in maps.ways else (0, {})
+    is_quick, carried = kind == Kind.QUICK_START and "up" in maps.ways, maps.along or maps.x
+    slowly, slowly_at, begins = _slowly(maps, cell, ends) if is_quick else (0, {}, None)
     held = from_rest(maps.results)
     is_unreached = kind == Kind.QUICK_START and way is not None and (way.first == First.NONE or held)
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
@@ -531,6 +547,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
+        slowly_from={} if begins is None else {carried: float(maps.values(carried)[begins])},
+        from_first=begins == 0,
         from_rest=held,
         beside=_beside(maps, reach[number], cell) if how != Room.RUN and maps.y not in (None, "depth") else None,
         yields=_all_yields(maps, cell),
@@ -588,16 +606,17 @@ def _lasts_at(maps: Graded, cell: Cell) -> bool:
     return at.get("rotary_speed", np.inf) <= (sticks_to(maps, cell) or 0.0)
 
 
-def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int, dict[str, float]]:
+def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int, dict[str, float], int | None]:
     """The responses of a slow way up to a cell, and of one that is free there those of the
-    nearest cell within the ``ends`` that is free from a start only, with its setting."""
+    nearest cell within the ``ends`` that is free from a start only, with its setting; and the
+    place at which they begin on that way up, None where no run has them."""
 
     def bits(there: Cell) -> int:
         met = int(maps.bits_on("up")[there])
         return met or (STICK_SLIP if _lasts_at(maps, there) else 0)
 
     if (here := bits(cell)) or maps.grade[cell] == Grade.FROM_START:
-        return here, {}
+        return here, {}, _begins(maps, cell)
     rows, columns = (_inside(maps, axis, ends, at) for axis, at in ((maps.y, cell[1]), (maps.x, cell[2])))
     found = [
         (cell[0], row, column)
@@ -606,9 +625,24 @@ def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int,
         if maps.grade[cell[0], row, column] == Grade.FROM_START
     ]
     if not found:
-        return 0, {}
+        return 0, {}, None
     there = min(found, key=lambda one: max(abs(one[1] - cell[1]), abs(one[2] - cell[2])))
-    return bits(there), _values(maps, there)
+    return bits(there), _values(maps, there), _begins(maps, there)
+
+
+def _begins(maps: Graded, cell: Cell) -> int | None:
+    """The place at which the vibration of a cell on the way up begins on it, along the axis along which the
+    state was carried: it goes on from there to the cell. None where no run of the way up has it, and where that axis
+    is none of the map."""
+    along, order = maps.along or maps.x, (maps.third, maps.y, maps.x)
+    if along not in order:
+        return None
+    place = order.index(along)
+    line = np.moveaxis(maps.bits_on("up"), place, -1)[tuple(np.delete(cell, place))][: cell[place] + 1]
+    if not line[-1]:
+        return None
+    quiet = np.flatnonzero(line == 0)
+    return int(quiet[-1]) + 1 if quiet.size else 0
 
 
 def _inside(maps: Graded, axis: str | None, ends: Mapping[str, Stretch], at: int) -> range:
@@ -918,7 +952,26 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
         return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)
     at = int(clear[-1])
     responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])), critical)
-    return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along)
+    bound = _bound_below(maps, cell, place, at)
+    return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along, bound=bound)
+
+
+def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None:
+    """What lies below the place ``at`` to which a vibration is lowered: the nearest value at which a run on the way
+    up or down is not clear."""
+    for index in range(at - 1, -1, -1):
+        there = tuple(index if axis == place else value for axis, value in enumerate(cell))
+        ways = [maps.ways.index(way) for way in ("down", "up") if way in maps.ways]
+        labels = [int(maps.labels[way][there][0]) for way in ways]
+        if any(label != Label.CLEAR for label in labels):
+            bad = [way for way, label in zip(ways, labels, strict=True) if label in (Label.CRITICAL, Label.STALLED)]
+            met = int(maps.bits[bad[0]][there][0]) if bad else 0
+            grade = Grade.UNKNOWN if not bad and Label.UNKNOWN in labels else None
+            grade = Grade.STALLED if any(labels[ways.index(way)] == Label.STALLED for way in bad) else grade
+            grade = grade if bad or grade is not None else Grade.BORDERLINE
+            value = float(maps.values((maps.third, maps.y, maps.x)[place])[index])
+            return Border(value, grade or Grade.CRITICAL, names_of(met, responses_in(maps.results.attrs)))
+    return None
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
@@ -1249,7 +1302,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     found.pop("cell")
     found["sticks_to"] = speed_of(advice.sticks_to)
     found |= data_of_trials(advice.trials or Trials(), along)
-    found["kind"] = str(advice.kind)
+    found["kind"], found["withdrawn"] = str(advice.kind), advice.is_withdrawn
     found["tried_kind"] = advice.tried_kind and str(advice.tried_kind)
     found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
@@ -1277,7 +1330,12 @@ def data_of(advice: Advice, along: str) -> Answer:
     if (way := advice.way_in) is not None:
         if advice.is_withdrawn:
             way = replace(way, first=First.NONE, rate=None, most=None)
-        speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
+        speeds = {
+            "no_stop_from": way.no_stop_from,
+            "begins": way.begins,
+            "through": way.through,
+            "first_speed_touches": way.first_speed_touches,
+        }
         found["way_in"] = {
             **{key: None if value is None else {"rotary_speed": value} for key, value in speeds.items()},
             "first": str(way.first),
@@ -1303,6 +1361,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,
+            "bound": end.bound and _data_of_border(end.axis, end.bound),
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:

@@ -41,7 +41,7 @@ def confirmed(advice: Advice, trials: Trials) -> Advice:
         # ramps go through the speeds that the steps of the map jump across
         kind, jumped = Kind.FROM_BELOW if grade == Grade.FROM_BELOW_ONLY else jumped, None
     way = came_in(advice.way_in, trials)
-    end = without_promise(advice.recover, recovered(advice.recover, trials), way, trials)
+    end = bounded(without_promise(advice.recover, recovered(advice.recover, trials), way, trials))
     is_unreached = advice.is_unreached and (way is None or way.first == First.NONE)
     if advice.is_unreached and not is_unreached:
         kind = Kind.QUICK_START
@@ -115,6 +115,19 @@ def without_promise(before: Recover | None, end: Recover | None, way: WayIn | No
         met.append("stick_slip")
     then = [name for name in met if name not in end.responses] or met
     return replace(end, then=tuple(dict.fromkeys(then)), may=not is_met)
+
+
+def bounded(end: Recover | None) -> Recover | None:
+    """How a vibration ends, where trials moved the speed to which it is lowered: below its bound of the map one
+    comes to what that map met there."""
+    if end is None or end.bound is None or end.bound.value is None:
+        return end
+    if end.at is None:
+        return replace(end, bound=None)
+    if end.at > end.bound.value:
+        return end
+    may = {} if end.then or not end.bound.responses else {"then": end.bound.responses, "may": True}
+    return replace(end, bound=None, **may)  # type: ignore[arg-type]
 
 
 def recovered(found: Recover | None, trials: Trials) -> Recover | None:

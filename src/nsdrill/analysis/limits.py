@@ -102,28 +102,48 @@ def started_only(maps: Graded) -> Array:
     return np.asarray(found if "up" in maps.ways else np.zeros_like(found))
 
 
-def next_limit(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above what is allowed in a row [third, y], and where nothing is that is brought up,
-    above the end of stick-slip; along another axis than the speed the first of all. None where all is
-    allowed from there to the end of the axis. A point that is
-    free from a quick start only bounds what is brought up."""
+def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
+    """The first limit above each stretch of what is allowed in a row [third, y], in order, and where nothing is that
+    is brought up, the one above the end of stick-slip; along another axis than the speed the first of all. None above
+    a stretch that goes on to the end of the axis. A point that is free from a quick start only bounds what is brought
+    up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps)[number, row]
-    if reached[begin:].any():
-        begin += int(np.flatnonzero(reached[begin:])[0])
     is_beyond = ~reached
     if maps.outside is not None:
         is_beyond &= ~maps.outside[number, row]
-    beyond = begin + np.flatnonzero(is_beyond[begin:])
+    found: list[Limit] = []
+    while begin < len(values):
+        if reached[begin:].any():
+            begin += int(np.flatnonzero(reached[begin:])[0])
+        elif found:
+            break
+        beyond = begin + np.flatnonzero(is_beyond[begin:])
+        if not beyond.size:
+            break
+        first = int(beyond[0])
+        last = float(values[first - 1]) if first > begin else None
+        grade = Grade(int(maps.grade[number, row, first]))
+        names = names_of(int(bits[first]), responses_in(maps.results.attrs))
+        found.append(Limit(Step(last, float(values[first])), grade, names))
+        begin = first + 1
+    return found
+
+
+def limit_of_starts(maps: Graded, number: int, row: int) -> Limit | None:
+    """The first limit above the last stretch of a row [third, y] that is free from a quick start only; None where it
+    goes on to the end of the axis."""
+    quick, values = started_only(maps)[number, row], maps.values(maps.x)
+    last = int(np.flatnonzero(quick)[-1])
+    beyond = last + 1 + np.flatnonzero(~maps.allowed[number, row, last + 1 :])
     if not beyond.size:
         return None
     first = int(beyond[0])
-    last = float(values[first - 1]) if first > begin else None
-    grade = Grade(int(maps.grade[number, row, first]))
-    names = names_of(int(bits[first]), responses_in(maps.results.attrs))
-    return Limit(Step(last, float(values[first])), grade, names)
+    bits = int(maps.bits_on("same")[number, row, first]) or int(maps.bits_on(maps.way_in)[number, row, first])
+    step = Step(float(values[first - 1]), float(values[first]))
+    return Limit(step, Grade(int(maps.grade[number, row, first])), names_of(bits, responses_in(maps.results.attrs)))
 
 
 @dataclass(frozen=True)

@@ -245,6 +245,9 @@ class Trials:
     set_down: tuple[float, float] | None = None
     """In what times [s] the weight was set where the speed was raised first, the shortest and the
     longest."""
+    weight_on: float | None = None
+    """For how long [s] the string turned at the lowest speed with the weight on before the speed was raised, where
+    the weight was first: these trials begin with it on, and none sets it."""
     is_clear: bool = True
     """Whether a bit off bottom hangs clear of the rock in them."""
     differing: tuple[str, ...] = ()
@@ -461,6 +464,7 @@ def data_of(found: Trials, along: str) -> Answer:
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),
+        "weight_on_for": None if found.weight_on is None else {"value": found.weight_on, "units": "s"},
         "off_bottom_clear": found.is_clear,
         "trials_interrupted": found.interrupted,
         "trials_cut_short": found.is_cut_short,

@@ -19,11 +19,13 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.limits import (
     SPEED,
+    Limit,
     Scatter,
     Step,
     allowed_over_samples,
     end_of_sticking,
-    next_limit,
+    limit_of_starts,
+    next_limits,
     past_jumps,
     started_only,
     sticking_over_samples,
@@ -56,7 +58,7 @@ from nsdrill.study.write import changes
 from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
-from nsdrill.web.shown import plain
+from nsdrill.web.shown import plain, value_at
 from nsdrill.words.answer import (
     MOST_WARNINGS,
     needed_for_words,
@@ -188,7 +190,7 @@ def one_page(
     changed = "assembly, the drive or the map changed and run again before drilling"
     do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
     below = _of_model(first)  # told there in any case
-    told = [without_keys(text) for text in warnings(first.window, first.units) if text not in below]
+    told = [in_rig_words(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
@@ -243,6 +245,21 @@ def _helps(one: Sheet) -> list[str]:
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
 
+KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
+DIGEST = re.compile(r"model digest \S+ there, \S+ here")
+
+
+def in_rig_words(text: str) -> str:
+    """A warning for a rig, where no one knows the keys of a study or what tells two versions of a model apart: both
+    in words. The long report has them."""
+
+    def words(key: re.Match[str]) -> str:
+        found = find(key[0])
+        return found.words if found is not None else key[0].rpartition(".")[2].replace("_", " ")
+
+    return KEY.sub(words, DIGEST.sub("the equations of the model have changed", without_keys(text)))
+
+
 def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
     """The names of the files: the ``labels``, else what differs, else the title; never that
     of a file."""
@@ -255,7 +272,14 @@ def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
         return [f"{written(drive_kind(attrs))} drive" for attrs in (a, b)]
     for key, *values in changes(resolved_study(a), resolved_study(b)):
         if key.partition(".")[0] not in NO_NAMES:
-            words = plain(found.words) if (found := find(key)) else key.replace(".", " ").replace("_", " ")
+            found = find(key)
+            words = plain(found.words) if found else key.replace(".", " ").replace("_", " ")
+            if found is not None:  # in the units of the page
+                numbers = (value_at(resolved_study(attrs), key) for attrs in (a, b))
+                values = [
+                    found.text(number, one.units) if isinstance(number, float) else text
+                    for number, text, one in zip(numbers, values, sheets, strict=True)
+                ]
             return [f"{words} {value or 'none'}" for value in values]
     titles = [one.title for one in sheets]
     return titles if titles[0] != titles[1] else [f"{title} ({number})" for number, title in enumerate(titles, 1)]
@@ -583,7 +607,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = [value for value in (step.last, step.next) if value is not None]
         return " to ".join(one.fmt.number(maps.x, value) for value in ends)
 
-    step, limit = end_of_sticking(maps, number, row), next_limit(maps, number, row)
+    step, limits = end_of_sticking(maps, number, row), next_limits(maps, number, row)
     none = "not known" if _is_open(one, row) else "none"
     ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
     if step is not None and step.last is None:
@@ -605,21 +629,29 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         only = "started at rest only" if one.advice.from_rest else "quick start only"
         parts.append(f"{only}: {spans(quick)}")
     allowed = "; ".join(filter(None, parts)) or none
-    if limit is None and step is not None and step.next is None:
+    if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
-    if past.any() and (limit is None or (limit.step.next or 0.0) > values[np.flatnonzero(past)[0]]):
-        sure = np.flatnonzero((maps.allowed[number, row] & ~quick & ~past)[: int(np.flatnonzero(past)[0])])
-        begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size else ""
-        return ends, f"{JUMPED} not known{begins}", allowed
-    if limit is None:
-        return ends, f"none to {one.fmt.number(maps.x, float(values[-1]))}", allowed
-    met = " + ".join(one.responses[name].words for name in limit.responses)
-    # what the map paints there first
-    words = met if met and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or met
-    begins = span(limit.step)
-    if limit.step.last is None:
-        begins = f"from {begins}"
-    return ends, f"{words or 'critical'} {begins}", allowed
+
+    def words(limit: Limit) -> str:
+        met = " + ".join(one.responses[name].words for name in limit.responses)
+        # what the map paints there first
+        text = met if met and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or met
+        return f"{text or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
+
+    told, place = [], int(np.flatnonzero(past)[0]) if past.any() else len(values)
+    told += [words(limit) for limit in limits if place == len(values) or (limit.step.next or 0.0) <= values[place]]
+    if place < len(values):
+        sure = np.flatnonzero((maps.allowed[number, row] & ~quick & ~past)[:place])
+        is_bounded = told and sure.size and limits[len(told) - 1].step.last == values[sure[-1]]
+        begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
+        told.append(f"{JUMPED} not known{begins}")
+    open_ended = f"none to {one.fmt.number(maps.x, float(values[-1]))}"
+    text = ", ".join(told) or open_ended
+    if quick.any():  # which lies above what bounds what is brought up
+        of_starts = limit_of_starts(maps, number, row)
+        started = words(of_starts) if of_starts is not None else open_ended
+        text = f"{text}; {'started at rest' if one.advice.from_rest else 'quick start'}: {started}"
+    return ends, text, allowed
 
 
 # What stands below.

@@ -10,8 +10,8 @@ from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, Wa
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial, are_resolved
 from nsdrill.words.trial_words import corner_words, slowed_to
-from nsdrill.words.values import TORQUE
-from nsdrill.words.wording import CUT_SHORT, Words, period_words
+from nsdrill.words.values import TORQUE, in_order
+from nsdrill.words.wording import CUT_SHORT, Words, listed, period_words
 
 MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
@@ -37,7 +37,9 @@ class Orders(Words):
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
             doing = "drilling" if self.drills else "working"
-            yield f"Have the map run again, with longer runs, before {doing} by this page: its runs {these}."
+            unseen = "a vibration that grows slowly is not seen in them"
+            again = f"Have the map run again, with longer runs, before {doing} by this page"
+            yield f"{again}: its runs {these}, and {unseen}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: {self.over_jump()}."
         elif self.advice.kind == Kind.HINT and self.is_cut_short:
@@ -102,8 +104,11 @@ class Orders(Words):
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]
+        tried = self.advice.trials
+        bad = [one for one in tried.bad_corners if self._is_within(one)] if tried is not None else []
+        but = f", but not at {listed([corner_words(one, self.fmt) for one in bad], 'or')}" if bad else ""
         return f"{'Drill' if self.drills else 'Run'} at {self.setting() or 'the setting'}." + (
-            f" Stay within {' and '.join(within)}." if within else ""
+            f" Stay within {' and '.join(within)}{but}." if within else ""
         )
 
     def _watch(self) -> Iterator[str]:
@@ -166,14 +171,13 @@ class Orders(Words):
             return other
         if found is None or found.at is None:
             return f"{other} No run tells what else ends it."
-        at = self.last(found.axis, found.at)
-        verbs = self.verbs_of(lowered, "or")
+        at, verbs = self.lowered_to(), self.verbs_of(lowered, "or")
         if found.then:
             return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
         if self._wall_may_hold():
-            return f"If it {verbs}: lower to {at}.{self.raise_again()} {other}"
+            return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {other}"
         above = " above the setting" if self.ends_at_setting() else ""
-        free = f"lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+        free = f"lower to {at}{self.below_limits()}{self.not_below()}; {self.was_free()}.{self.raise_again()}"
         return f"If it {verbs}{above}: {free} If any vibration goes on: {AGAIN}."
 
     def _do_not(self) -> Iterator[str]:
@@ -181,11 +185,11 @@ class Orders(Words):
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
             others = f" at one {fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
             for name, low, high in advice.stops:
-                does = self.responses[name].does
-                yield f"Do not run at {fmt.range(self.along, [low, high])}: there it {does}{others}."
+                at, does = fmt.range(self.along, [low, high]), self.responses[name].does
+                yield f"Do not run at {at}{self._but_for(low, high)}: there it {does}{others}."
             for name, low, high in advice.near:
                 if name == STICKS_ON:
-                    at = fmt.range(self.along, [low, high])
+                    at = f"{fmt.range(self.along, [low, high])}{self._but_for(low, high)}"
                     yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
             return
         if self.is_withdrawn:
@@ -214,9 +218,7 @@ class Orders(Words):
             yield f"Do not run at {corner_words(one, fmt)}: in trials it {verbs} there."
         way, found = advice.way_in, advice.recover
         yield from self._not_first(way)
-        if within := self.slowly_within():
-            raising = "weight" if self.carried == "wob" else "speed"
-            yield f"Do not raise the {raising} slowly: {within[:1].lower()}{within[1:]}."
+        yield from self._not_slowly()
         if found is not None and found.outcome == Recovery.LASTS:
             rolls = self.may_stay() if "whirl" in found.responses else ""
             lower = "take weight off" if found.axis == "wob" else "slow down"
@@ -236,6 +238,14 @@ class Orders(Words):
                 yield from self._beyond_end(axis, advice.stay_within[axis].below, "below")
         if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
+
+    def _but_for(self, low: float, high: float) -> str:
+        """The best of what is not safe, where it lies among what is forbidden at one value or another of the other
+        axis: the answer names it, as a hint."""
+        value = self.advice.point.get(self.along)
+        if value is None or not low <= value <= high:
+            return ""
+        return f", but for {self.setting()} as a hint"
 
     def _is_near(self, wall: tuple[float, float]) -> bool:
         """Whether one who drills at the setting comes near these speeds."""
@@ -262,6 +272,25 @@ class Orders(Words):
                 yield f"Do not {order}: in trials {bad} of {len(ways)} such ways in ended in vibration."
         elif way.first == First.WEIGHT and way.wall is not None and way.crosses:
             yield f"Do not {order}: off bottom the collar goes to the wall at {self.wall_range(way)}."
+
+    def _not_slowly(self) -> Iterator[str]:
+        """Of a quick start not to raise slowly what the map raised, from where, and what is not known of that."""
+        advice = self.advice
+        if advice.kind != Kind.QUICK_START or not advice.slowly or not (advice.slowly_at or advice.trials is None):
+            return
+        raising, first = ("weight", "wob") if self.carried == "wob" else ("speed", self.carried)
+        begun, within = self.begun(), advice.stay_within.get(first)
+        it = f"it {self.verbs_of(advice.slowly)}"
+        if advice.slowly_at:
+            where = " and ".join(self.fmt.value(axis, advice.slowly_at[axis]) for axis in in_order(advice.slowly_at))
+            it += f" at {where}"
+        if begun and within is not None and advice.slowly_from[first] <= within.low:
+            it += "; from the limits up no slow way was run"
+        # a way in that is ordered may be as slow, but does not stop
+        way = advice.way_in
+        is_slow = advice.trials is not None and (self._slower_ways() or (way is not None and way.first == First.WEIGHT))
+        how = "from step to step" if is_slow else "slowly"
+        yield f"Do not raise the {raising} {how}{begun}: {it}."
 
     def _is_within(self, one: Trial) -> bool:
         """Whether a trial ended within the limits."""
@@ -295,4 +324,6 @@ class Orders(Words):
         if not what and way == "below":  # the map begins there
             return
         end = self.fmt.value(axis, high if way == "above" else low)
-        yield f"Do not go {way} {end}: {what or 'nothing is known beyond'}."
+        # the way in, and a pick up, lead through what lies below
+        text = f"Do not go {way} {end}" if way == "above" else f"Once there, do not go {way} {end}"
+        yield f"{text}: {what or 'nothing is known beyond'}."

@@ -14,7 +14,7 @@ from nsdrill.words.values import Formatter
 WIDTH = 100
 # What leaves so many lobes, as in bit.lobes, and what lower ones mean.
 OF_LOBES = {1: "a PDC bit", 3: "a roller cone"}
-SMOOTH = "Many a PDC bit leaves the rock smooth, and then sticks up to the higher speeds: 0 mm shows it."
+SMOOTH = "Many a PDC bit leaves the rock smooth, and then sticks up to the higher speeds: a height of zero shows it."
 LOWER = (
     "Their height is rarely known, and under lower ones the bit sticks up to higher speeds: run the lowest that you "
     "expect as well."

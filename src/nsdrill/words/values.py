@@ -44,9 +44,14 @@ def in_order(axes: Iterable[str | None]) -> list[str]:
 
 
 # What a driller can set, in the unit that he reads [SI].
-_STEPS = {("rotary_speed", "rpm"): math.pi / 30, ("wob", "klbf"): 0.5 * 4448.2216152605}
+_STEPS = {
+    ("rotary_speed", "rpm"): math.pi / 30,
+    ("wob", "klbf"): 0.5 * 4448.2216152605,
+    ("rotary_speed", "rad/s"): 0.1,
+    ("wob", "kN"): 1e3,
+}
 TORQUE = "surface_torque_mean"
-_DECIMALS = {"rpm": 1, "klbf": 1, "kN m": 2, "kft-lbf": 2}  # a gauge on a rig has no more
+_DECIMALS = {"rpm": 1, "klbf": 1, "rad/s": 2, "kN": 1, "kN m": 2, "kft-lbf": 2}  # a gauge on a rig has no more
 _DIGITS = {TORQUE: 3, "rate_of_penetration": 3, "mechanical_specific_energy": 3}
 _SLACK = 1e-6  # of a step: the last bits of a value
 
@@ -111,8 +116,8 @@ class Formatter:
         return f"above {self.range(axis, [speeds[0], speeds[-1]])}" if speeds[-1] > 0.0 else "at any speed"
 
     def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
-        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm and half a
-        klbf where these are the units. As they are where no such value lies within."""
+        """The ends of a range as a driller can set them, rounded inwards: to 1 rpm or 0.1 rad/s
+        and half a klbf or 1 kN, by the unit. As they are where no such value lies within."""
         step = _STEPS.get((axis, self.unit(axis)))
         if step is None:
             return low, high

@@ -38,6 +38,7 @@ MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
+NOT_SET = "trials begin with it on: how it is set was not tried"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
@@ -195,8 +196,8 @@ class Words:
         return self.fmt.range_inwards(axis, one.low, one.high)
 
     def last(self, axis: str, value: float) -> str:
-        """The last value that is allowed, as it can be set."""
-        return self.fmt.value(axis, self.fmt.inwards(axis, 0.0, value)[1])
+        """The last value that is allowed, as it can be set: not below that of the point."""
+        return self.fmt.value(axis, self.fmt.inwards(axis, min(self.advice.point.get(axis, 0.0), value), value)[1])
 
     @property
     def is_cut(self) -> bool:
@@ -219,6 +220,8 @@ class Words:
             return "no answer"
         if kind == Kind.NOTHING:
             return f"no point is {self._known()}safe"
+        if self.is_withdrawn:
+            return f"no setting can be recommended (at {self.setting()}, the best, {self.why_withdrawn()})"
         if kind == Kind.HINT:
             return f"no setting can be recommended (best hint {self.setting()})"
         if kind == Kind.QUICK_START and "up" in self.ways:
@@ -311,21 +314,17 @@ class Words:
         )
 
     def _withdrawn(self) -> str:
-        """Where trials leave nothing of the setting."""
-        why = self.why_withdrawn()
-        if not self.advice.trials or not self.advice.trials.withdraws:
-            text = f"No setting is safe: at {self.setting()}, the best, {why}."
-            brief = f"No setting is safe: the best, {self.setting()}, vibrates after a pick up and tag."
-        else:
-            brief = f"Hint only: {self.setting()}; {why}."
-            room = "" if self.within() == self.ends(self.along) and self._is_single else f", {self.within()}"
-            text = f"Hint only: {self.setting()}{room}. {why[0].upper()}{why[1:]}."
+        """Where trials leave nothing of the setting: it is no hint either, as it is not to be run at."""
+        why, setting = self.why_withdrawn(), self.setting()
+        text = f"No setting is safe: at {setting}, the best of the map, {why}."
         helps = self._helps()
         if not helps:
             return text
-        short = brief.replace("Hint only:", "Hint:")
-        shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", short)
-        return first_short(*(f"{begin} {helps}" for begin in (text, brief, short, shortest)))
+        brief = f"No setting is safe: at {setting} {why}."
+        is_tagged = not self.advice.trials or not self.advice.trials.withdraws
+        least = f"Unsafe: {setting}, {'after a pick up and tag' if is_tagged else why}."
+        shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", least)
+        return first_short(*(f"{begin} {helps}" for begin in (text, brief, least, shortest)))
 
     def why_withdrawn(self) -> str:
         """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""
@@ -363,9 +362,10 @@ class Words:
         on_wall = self._wall_may_hold() or self.may_stay_on_wall()
         if found.outcome == Recovery.ENDS and not on_wall:
             assert found.at is not None
-            at = self.last(found.axis, found.at)
             then = f", where {self.comes(found)}" if found.then else ""
-            return f"{text}: {motion}, once started, ends when lowered to {at}{then}."
+            ends = f"{text}: {motion}, once started, ends when lowered to {self.lowered_to()}{then}"
+            bound = "" if found.bound is None or then else f", not to {self._at_bound(found.bound)}"
+            return first_short(f"{ends}{bound}.", f"{ends}.")
         return f"{text}: {self._motion(('whirl',) if on_wall else ())}, once started, may not stop."
 
     def _wall_may_hold(self) -> bool:
@@ -417,7 +417,7 @@ class Words:
             slowly = "With the weight raised"
         elif not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
-        go = f"Go to {self.setting()} {fast}; stay at {self.within()}."
+        go, begun = f"Go to {self.setting()} {fast}; stay at {self.within()}.", self.begun()
         if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
             return go
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
@@ -425,13 +425,28 @@ class Words:
             there = self.advice.slowly_at
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
             raised = "With the weight raised" if self.carried == "wob" else "Raised slowly"
-            texts = [f"{go} {slowly} it {verb} at {where}." for verb in (verbs, "vibrates")]
-            return first_short(*texts, f"{go} {raised} within that it {verbs}.")
+            texts = [f"{go} {slowly}{begun} it {verb} at {where}." for verb in (verbs, "vibrates")]
+            texts += [f"{go} Slowly{begun} it {verbs} at {where}."]
+            brief = f"{raised}{begun}" if begun else f"{raised} within that"
+            return first_short(*texts, f"{go} {brief} it {verbs}.", f"{go} Slowly{begun or ' within that'} it {verbs}.")
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
             bad = sum(one.outcome.is_bad for one in tried)
             return f"{go} In {bad} of {len(tried)} ways in it {verbs}; {motion} {end}." if bad else go
-        return f"{go} {slowly} it {verbs}; {motion} {end}."
+        joined = f"{slowly.removesuffix(',')}{begun}{',' if slowly.endswith(',') else ''}"
+        return first_short(
+            f"{go} {joined} it {verbs}; {motion} {end}.",
+            f"{go} Slowly{begun} it {verbs}; {motion} {end}.",
+            f"{go} {joined} it {verbs}.",
+            f"{go} Slowly{begun} it {verbs}.",
+        )
+
+    def begun(self) -> str:
+        """From where what is raised slowly vibrates: `` from below 60 rpm``, of the first value of the sweep `` from 60
+        rpm``, below which nothing was run; "" where no run tells it."""
+        for axis, value in self.advice.slowly_from.items():
+            return f" from {'' if self.advice.from_first else 'below '}{self.fmt.value(axis, value)}"
+        return ""
 
     def _hint(self) -> str:
         if self.is_of_starts:
@@ -744,10 +759,8 @@ class Words:
         quick start only and the setting is not; else ""."""
         if self.advice.kind != Kind.QUICK_START or not self.advice.slowly_at:
             return ""
-        there, slowly = (
-            self.advice.slowly_at,
-            "With the weight raised" if self.carried == "wob" else "Brought up slowly",
-        )
+        there = self.advice.slowly_at
+        slowly = ("With the weight raised" if self.carried == "wob" else "Brought up slowly") + self.begun()
         where = " and ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
         return f"{slowly} it {self.verbs_of(self.advice.slowly) or 'vibrates'} at {where}"
 
@@ -812,6 +825,8 @@ class Words:
             text = f"Set {weight}"
             if way.begins is not None:
                 text += f" at {fmt.value('rotary_speed', way.begins)}"
+            if advice.trials is not None and advice.trials.weight_on is not None:
+                text += f", hold {advice.trials.weight_on:g} s ({NOT_SET})"
             text += f", then raise the speed{to}"
             text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
             # the map, which stops at every speed, vibrates
@@ -857,9 +872,9 @@ class Words:
         return self.fmt.range_outwards("rotary_speed", *way.wall)
 
     def begin_of_wall(self, way: WayIn) -> str:
-        """From where on the speed is raised without a stop: a tolerance below those speeds."""
-        assert way.wall is not None
-        low = way.wall[0] - float(tolerance("rotary_speed", np.array([way.wall[0], way.wall[1]]))[0])
+        """From where on the speed is raised without a stop."""
+        low = way.no_stop_from
+        assert low is not None
         return self.fmt.value("rotary_speed", self.fmt.outwards("rotary_speed", low, low)[0])
 
     def setting_of(self, axis: str) -> str:
@@ -891,7 +906,7 @@ class Words:
         if found.outcome == Recovery.LEFT_OUT:
             return f"If it {verbs}: what the sweep met above is not in this part of it; {again}{rolls}."
         assert found.at is not None
-        at, lowered = self.last(found.axis, found.at), self.lowered()
+        at, lowered = self.lowered_to(), self.lowered()
         if not lowered:
             return f"If it {verbs}: {again}{rolls}."
         verbs = self.verbs_of(lowered, "or")
@@ -900,9 +915,42 @@ class Words:
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then {self.comes(found)}; {again}{rolls}."
         if self._wall_may_hold():
-            return f"If it {verbs}: lower to {at}.{self.raise_again()} If it whirls: not run; {again}{rolls}."
+            whirls = f"If it whirls: not run; {again}{rolls}."
+            return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {whirls}"
         above = " above the setting" if self.ends_at_setting() else ""
-        return f"If it {verbs}{above}: lower to {at}{self.below_limits()}; {self.was_free()}.{self.raise_again()}"
+        at += self.below_limits() + self.not_below()
+        return f"If it {verbs}{above}: lower to {at}; {self.was_free()}.{self.raise_again()}"
+
+    def lowered_to(self) -> str:
+        """To where a vibration is lowered, as it can be set above what bounds that."""
+        found = self.advice.recover
+        assert found is not None
+        assert found.at is not None
+        at = self.fmt.inwards(found.axis, 0.0, found.at)[1]
+        if found.bound is not None and at <= (found.bound.value or 0.0):
+            at = found.at
+        return self.fmt.value(found.axis, at)
+
+    def _at_bound(self, bound: Border) -> str:
+        found = self.advice.recover
+        assert found is not None
+        assert bound.value is not None
+        return self.fmt.value(found.axis, bound.value)
+
+    def not_below(self) -> str:
+        """What bounds the speed to which a vibration is lowered: ``, and not to 30 rpm, where it sticks``."""
+        found = self.advice.recover
+        if found is None or found.bound is None:
+            return ""
+        return f", and not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
+
+    def _there(self, bound: Border) -> str:
+        if bound.grade == Grade.UNKNOWN:
+            return "nothing is known"
+        if bound.grade == Grade.STALLED:
+            return "the bit stalls"
+        verbs = self.verbs_of(bound.responses)
+        return f"it {verbs}" if verbs else "it is near a limit" if bound.grade == Grade.BORDERLINE else "it is critical"
 
     def comes(self, found: Recover) -> str:
         """What comes where a vibration ends: ``it sticks``, or ``stick-slip may begin``."""
@@ -922,7 +970,7 @@ class Words:
         found = self.advice.recover
         assert found is not None
         if not self.may_stay_on_wall():
-            return "the way down was free from there"
+            return "the way down was free there" if found.bound is not None else "the way down was free from there"
         return f"what the map met had ended there, but {self.may_stay().removeprefix('; ')}"
 
     def may_stay(self) -> str:

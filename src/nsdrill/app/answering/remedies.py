@@ -21,6 +21,7 @@ from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError, count
 from nsdrill.models.damped import KEY, USUAL
+from nsdrill.quantity import quantity
 from nsdrill.records import dataclass
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -86,7 +87,8 @@ class Changed:
         if (eccentricity := now(ECCENTRICITY)) > 0.0:
             straight = STRAIGHT if eccentricity > STRAIGHT else eccentricity / 4
             text = f"{1e3 * straight:.2g} mm"
-            yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {text}")
+            shown_text = quantity(ECCENTRICITY).text(straight, "field", 2) if is_field else text
+            yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {shown_text}")
         if now(LOBES) > 0.0:
             yield Change(OTHER_BIT, LOBES, "0 m", "the same bit without lobes")
 

@@ -390,7 +390,7 @@ class Bench:
         ]
         is_clear = self.hanging is not None
         found = replace(found, interrupted=interrupted, is_cut_short=interrupted)
-        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, is_clear=is_clear)
+        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, weight_on=FIRST, is_clear=is_clear)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
