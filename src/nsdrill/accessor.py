@@ -250,7 +250,8 @@ class Accessor:
         if any(name not in self._data for name in FOLLOWED):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
         observe = float(resolved_study(self._data.attrs)["simulation"]["observe"])
-        found = is_unstable(*(self._data[name].transpose(*status.dims).values for name in FOLLOWED), observe)
+        motion, exponent, error = (self._data[name].transpose(*status.dims).values for name in FOLLOWED)
+        found = is_unstable(motion, exponent, error, observe)
         return status.copy(data=found) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:

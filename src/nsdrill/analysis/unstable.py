@@ -57,5 +57,5 @@ def unstable_words(found: Answer) -> str:
     return (
         f"in {found['runs']} of {count(found['of'], 'run')} the motion rests or repeats, and a deviation from it grows "
         f"(lyapunov_exponent up to {found['greatest']:.3g} 1/s): the slightest disturbance ends it, and what comes "
-        "then was not run. Such a run without a response is not known. Start it beside that motion, by its initial state"
+        "then was not run. Such a run without a response is not known. Start it beside that motion (initial)"
     )
