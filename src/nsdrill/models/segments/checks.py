@@ -287,18 +287,17 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
 
 
 def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
-    """The set speeds [rad/s] below which steady drilling is unstable; up to which one stick-slip
-    lasts, once begun, is not known of several inertias. None on lobes, which shake the bit, and
-    where no onset is known."""
+    """The set speeds [rad/s] below which steady drilling is unstable, as on a flat rock: lobes kick
+    the bit out of it sooner. Up to which one stick-slip lasts, once begun, is not known of several
+    inertias; None where no onset is known."""
     return [below and (below[0], None) for below in limits([_stability_of(values) for values in settings])]
 
 
 def _stability_of(values: Values) -> Drilling | Limits:
     given = values.parameters, values.point
-    bit = values.parameters.bit
-    if bit.rock.regenerative:
+    if values.parameters.bit.rock.regenerative:
         return cutting.stick_slip_lasts(cutting_at(*given), drilling_at(*given).string)
-    return None if bit.surface_amplitude > 0.0 else drilling_at(*given)
+    return drilling_at(*given)
 
 
 def _unloaded(corners: list[Values]) -> str | None:
