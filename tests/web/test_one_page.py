@@ -114,8 +114,8 @@ def test_what_would_help_stands_beside_a_hint():
     one.__dict__["window"] = found
     page = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", one_page([one], "A4", {}))).split())
     assert (
-        "Have the string changed and run again: stabilisers 30 ft apart may free 80 to 110 rpm at 15 klbf, "
-        "untried elsewhere." in page
+        "Have the string changed and run again: stabilisers 30 ft apart, at the next trip, may free 80 to 110 rpm at "
+        "15 klbf, untried elsewhere." in page
     )
     assert "Do not run at 15 klbf and 100 rpm: none of 1 way in ended free in trials." in page
     assert "Drill at" not in page
