@@ -75,6 +75,14 @@ def test_a_start_at_the_point_shows_that_it_lasts_below_too():
     assert grades_of(failed)[0][3] == Grade.UNKNOWN
 
 
+def test_what_is_lowered_from_above_is_no_hint_where_stick_slip_may_last():
+    one = told(grid({"down": ["ss...."]}, SPEEDS), [4.2])
+    assert grades_of(one) == [2 * [Grade.CRITICAL] + 2 * [Grade.STICKS_ON] + 2 * [Grade.ONLY_FROM_ABOVE]]
+    summary = find_window(one)
+    assert summary["answer"].point["rotary_speed"] >= 5.0
+    assert "STICK-SLIP MAY LAST at 2 points" in " ".join(warnings(summary, "si"))
+
+
 def test_a_start_that_comes_free_between_two_that_stick_is_near_a_limit():
     found = grades_of(grid({"up": ["sssss."], "same": ["ss.s.."]}, SPEEDS))[0]
     assert found[2:5] == [Grade.BORDERLINE, Grade.CRITICAL, Grade.FROM_START]
@@ -114,16 +122,18 @@ def test_without_a_model_a_bit_let_go_at_the_point_tells_of_its_history():
 
 
 @pytest.mark.parametrize("start", ["steady", "rest"])
-def test_the_model_of_segments_does_not_tell_but_its_starts_may_hold_the_bit(start):
+def test_the_model_of_segments_tells_the_onset_alone_but_its_starts_may_hold_the_bit(start):
     study = f"""
 model: segments
-operation: {{depth: 300 m, wob: 5 kN}}
+operation: {{depth: 300 m, wob: 50 kN}}
 sweep: {{rotary_speed: [12 rad/s, 14 rad/s], procedure: all}}
 initial: {{start: {start}}}
 simulation: {{transient: 5 s, observe: 5 s}}
 """
     found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
-    assert found == {"over": [], "unstable_to": [None], "lasts_to": [None], "from_rest": start == "rest"}
+    (onset,) = found.pop("unstable_to")
+    assert onset == pytest.approx(nsdrill.check(study).figures["stick_slip_onset"].value)
+    assert found == {"over": [], "lasts_to": [None], "from_rest": start == "rest"}
 
 
 @pytest.mark.parametrize(("model", "lobes"), [("christoforou_yigit", 1), ("christoforou_yigit", 3), ("beam", 1)])

@@ -126,7 +126,8 @@ class Ways:
         if self.up is None:
             grades = self._of_islands(_alone(None if self.same is None else as_known(self.same), down))
             sticks = np.asarray(self.unstable) | (np.asarray(self.stuck) & self.lasts)
-            return np.where((grades >= Grade.FROM_START) & sticks, Grade.STICKS_ON, grades)
+            is_free = (grades >= Grade.FROM_START) | (grades == Grade.ONLY_FROM_ABOVE)
+            return np.where(is_free & sticks, Grade.STICKS_ON, grades)
         up = carried(self.up)
         is_clear = up == Label.CLEAR
         grades = np.select(
