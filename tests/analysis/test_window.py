@@ -260,6 +260,19 @@ def test_a_failed_start_leaves_open_whether_all_are_safe():
     assert (note["grades"]["free from some starts only"], note["unknown"], note["failed_points"]) == (1, 0, 1)
 
 
+def test_failed_starts_do_not_turn_the_hint_to_a_point_that_vibrates_from_more():
+    """At 1 rad/s one known start of two is free, at 2 rad/s both."""
+    data = of_three_starts()
+    data["response"][0, 0, 0, :, 2] = 1
+    data["response"][0, 0, 0, 0, 1] = data["response"][0, 0, 0, 2:, 1] = 1
+    assert find_window(data)["answer"].point == {"rotary_speed": 2.0}
+    data["status"][0, 0, 0, :2, 2] = DIVERGED  # at 2 rad/s no start is known to vibrate any more
+    note = find_window(data)
+    assert note["answer"].point == {"rotary_speed": 2.0}
+    assert "from 2 of 3 starts (" in answer(note, "si")
+    assert (note["safe"], note["answer"].kind) == (0, "hint")
+
+
 def test_one_axis_has_intervals():
     note = find_window(grid({"up": ["s..w...b"], "down": ["s..w...b"]}, [1, 2, 3, 4, 5, 7, 8, 10]))
     [one] = note["maps"]

@@ -25,16 +25,33 @@ def knocked(t, x=0.0, *, at=300.0, half=0.1):
 @nsdrill.model
 def driven(t, x=0.0, v=0.0, *, f=1.0):
     return {"x": v, "v": -x - 0.1 * v + f * np.cos(t) + (1.0 if np.sin(t) > 0.9 else 0.0)}
+
+
+@nsdrill.model
+def waved(t, x=0.0, v=0.0, *, f=0.3):
+    return {"x": v, "v": -x - 0.2 * v + f * np.cos(1.2 * t) + f * np.cos(np.sqrt(3) * t)}
+
+
+@nsdrill.model
+def swept(t, x=0.0, v=0.0, *, f=0.3):
+    return {"x": v, "v": -x - 0.2 * v + f * np.cos(1.2 * t + 1e-3 * t**2)}
 """
 
 
 @pytest.mark.parametrize(
     ("model", "said"),
-    [("pulsed", "for 0.142 s in each 100 s"), ("knocked", "for 0.2 s in each 600 s"), ("driven", None)],
+    [
+        ("pulsed", "for 0.142 s in each 100 s"),
+        ("knocked", "for 0.2 s in each 600 s"),
+        ("driven", None),
+        ("waved", None),
+        ("swept", None),
+    ],
 )
 def test_pulses_that_steps_may_jump_over_are_told(script, model, said):
     """Of sin > 1 - 1e-5, arccos(1 - 1e-5) / pi = 0.001424 of 100 s; of a single knock its 0.2 s in 600 s, which
-    makes the motion no periodic one; a tenth of a period is noticed by steps."""
+    makes the motion no periodic one; a tenth of a period is noticed by steps. Waves that do
+    not repeat do not rest between."""
     script(PULSES, "pulses")
     study = {"model": model, "simulation": {"transient": "300 s", "observe": "300 s"}}
     told = [one for one in nsdrill.check(study).warnings if one.startswith("Pulse:")]
@@ -44,7 +61,7 @@ def test_pulses_that_steps_may_jump_over_are_told(script, model, said):
     for one, other in zip(found, wanted, strict=True):
         assert float(one[0]) == pytest.approx(float(other[0]), rel=0.06)  # of 21 samples
         assert one[1] == other[1]
-    assert (model_named(model).reading.rate is None) == (model == "knocked")
+    assert (model_named(model).reading.rate is None) == (model in ("knocked", "waved", "swept"))
 
 
 BUMPS = """

@@ -471,12 +471,16 @@ def _advise(maps: Graded) -> Advice:
 def _of_starts(maps: Graded) -> Advice | None:
     """The answer of many starts where no point is safe from all of them: what is free from
     some is a hint with its share, the largest first, and has no limits, as nothing around it is
-    allowed. None where no point is, and of others than starts."""
-    some = (maps.grade == Grade.FROM_SOME) & maps.was_run
-    if maps.share is None or not some.any():
+    allowed. A start that failed counts as one that vibrates, so that none makes another point the
+    hint which vibrates from more. None where no point is, and of others than starts."""
+    if maps.share is None:
+        return None
+    free = (maps.labels[0] >= Label.TOUCHING).mean(axis=-1)
+    some = np.isin(maps.grade, (Grade.FROM_SOME, Grade.UNKNOWN)) & (free > 0.0) & maps.was_run
+    if not some.any():
         return None
     deep = np.stack([room(one, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x))) for one in some])
-    cell = _greatest(np.where(some, maps.share + 1e-6 * np.minimum(deep, 1e3), -1.0))
+    cell = _greatest(np.where(some, free + 1e-6 * np.minimum(deep, 1e3), -1.0))
     return Advice(
         Kind.HINT,
         Grade.FROM_SOME,

@@ -814,8 +814,9 @@ def drooping(found: list[Found], format_value: FormatValue) -> str | None:
     remedy = f"To turn at {speed}, set {format_value(needed, 'rad/s', 'rad/s')}, or g" if needed < math.inf else "G"
     return (
         f"Slower than set: at a set speed of {speed}{_where(one, format_value)} the drive "
-        f"({corner.parameters.drive.kind}) turns at {format_value(one.speed, 'rad/s', 'rad/s')}: it turns slower under "
-        "load, and nothing brings it back to the set speed. The speeds in answers and pictures are those that are set. "
+        f"({corner.parameters.drive.kind}) turns at {format_value(one.speed, 'rad/s', 'rad/s')}: under load, or by its "
+        "own law, and nothing brings it back to the set speed. The speeds in answers and pictures are those that are "
+        "set. "
         f"{remedy}ive the drive more damping or an integral gain."
     )
 

@@ -14,6 +14,7 @@ from nsdrill.equations.graph import Graph, Node
 
 SAMPLES = 1 << 16  # of the time that is looked at
 SHORT = 0.02  # of it: longer pulses are noticed by the stages of a step
+RESTS = 0.3  # of the time, in which pulses are: what is away for more, as a sum of waves, does not rest between
 LEVEL = 0.5  # of the greatest departure, above which it is a pulse
 
 
@@ -74,5 +75,6 @@ def _pulse(values: Array, repeats: bool) -> Pulse | None:
         if not is_away.any():
             return None
     count = np.count_nonzero(is_away & ~np.roll(is_away, 1))
-    share = float(np.sum(away)) ** 2 / (SAMPLES * float(np.sum(away * away))) / count
-    return (share, 1.0 / count) if share < SHORT else None
+    away_in_all = float(np.sum(away)) ** 2 / (SAMPLES * float(np.sum(away * away)))
+    share = away_in_all / count
+    return (share, 1.0 / count) if share < SHORT and away_in_all < RESTS else None
