@@ -387,16 +387,18 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
-    carried``, ``3 too fast``, ``3 failed, 12 inferred, without a severity``."""
+    carried``, ``3 off speed``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
     causes = {
         "failed": summary["failed"],
+        "not run yet": summary["pending"],
         "not carried": summary["after_failure"],
-        "too fast": summary["off_speed"],
-        "unstable": summary["unstable_motion"],
+        "off speed": summary["off_speed"],
+        "an unstable motion": summary["unstable_motion"],
     }
-    why = " or ".join([word for word, told in causes.items() if told] or ["failed"])
+    *head, last = [word for word, told in causes.items() if told] or ["failed"]
+    why = f"{', '.join(head)} or {last}" if head else last
     return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
@@ -548,14 +550,16 @@ def _limits(maps: Classes, start: Cell, place: int) -> Answer:
 
 def obstacle(maps: Classes, cell: Cell) -> Answer:
     """What prevents that a cell is safe: ``why``, and its ``responses``. A cell beyond
-    the end of its row or column is at the edge."""
+    the end of its row or column is at the edge; one is open where its runs ended well and
+    it is not known all the same."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
     if maps.grades.outside is not None and maps.grades.outside[cell]:
         return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
-        why = "failed"
+        counts = maps.counts
+        why = "failed" if counts.failed[cell] else "pending" if counts.pending[cell] else "open"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
     return {"why": why, "responses": response_text(bits, maps.results.attrs).split("+") if bits else []}
