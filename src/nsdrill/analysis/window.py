@@ -20,7 +20,7 @@ from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.off_bottom import wall_off_bottom
-from nsdrill.analysis.planes import Cell, check_judged, stretches
+from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
@@ -55,7 +55,7 @@ from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
-from nsdrill.variables import INFERRED, PENDING, SAMPLE
+from nsdrill.variables import INFERRED, PENDING, SAMPLE, has_failed
 
 USUAL_CONFIDENCE = 0.9
 LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
@@ -558,11 +558,23 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
         return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
-        counts = maps.counts
-        why = "failed" if counts.failed[cell] else "pending" if counts.pending[cell] else "open"
+        why = _why_unknown(maps, cell)
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
     return {"why": why, "responses": response_text(bits, maps.results.attrs).split("+") if bits else []}
+
+
+def _why_unknown(maps: Classes, cell: Cell) -> str:
+    """Why the runs of a cell do not tell what it is: one failed, there or before them in
+    their chain, or was not made; else it is open."""
+    results = maps.results
+    if maps.counts.failed[cell]:
+        return "failed"
+    if maps.counts.pending[cell]:
+        return "pending"
+    if planes_of(results, maps.x, maps.y, maps.third)(after_failure(results))[cell].any():
+        return "failed" if has_failed(results["status"]).any() else "pending"
+    return "open"
 
 
 def _over_depth(maps: Classes) -> Answer | None:
