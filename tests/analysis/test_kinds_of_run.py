@@ -14,7 +14,7 @@ from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.early_end import ends_early
 from nsdrill.analysis.maps import classes
 from nsdrill.analysis.planes import UNJUDGED
-from nsdrill.analysis.window import obstacle
+from nsdrill.analysis.window import find_window, obstacle
 from nsdrill.app.answering.answers import diff
 from nsdrill.app.saving import table
 from nsdrill.models.registry import forget_known
@@ -22,13 +22,17 @@ from nsdrill.models.responses import STALLED, STICK_SLIP
 from nsdrill.store import read_results
 from nsdrill.text.diff import lines as diff_lines
 from nsdrill.variables import DIVERGED, INFERRED, PENDING, PERIODIC, UNSETTLED
+from nsdrill.web.diagrams import diagram
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words
-from nsdrill.words.answer import obstacle_words
+from nsdrill.words.answer import obstacle_words, words_of
 
 from .grids import grid
 
-pytestmark = pytest.mark.usefixtures("words_only")
+pytestmark = [
+    pytest.mark.usefixtures("words_only"),
+    pytest.mark.filterwarnings("ignore::nsdrill.RunWarning", "ignore::nsdrill.FileWarning"),
+]
 
 STUDY = """
 model: torsion
@@ -100,7 +104,6 @@ def rows_of(path: Any) -> list[dict[str, Any]]:
     return [dict(zip(map(str, head), row, strict=True)) for row in rows]
 
 
-@pytest.mark.filterwarnings("ignore::nsdrill.RunWarning")
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_not_known_is_free_in_no_output(files, kind):
     path = files / f"{kind}.h5"
@@ -124,12 +127,11 @@ def test_what_is_not_known_is_free_in_no_output(files, kind):
     counted = sum(int(one) for one in re.findall(r"^  none +(\d+) ", shown, re.MULTILINE))
     assert counted == 8 - number - int(stalls.sum())
     # window
-    found = nsdrill.window(path)
+    found = find_window(read_results(path))
     assert found["known"] == 8 - number
     assert found["unknown"] == int(unknown.any(axis=0).sum())
     # the explorer
-    session = Session(path)
-    _, columns = session.diagram({"y": "bit_speed_max"})
+    _, columns = diagram(read_results(path), "si", "bit_speed_max")
     assert np.array_equal(columns["outcome"] < 0, unknown)
     # a difference from what is known
     compared = diff(str(files / "known.h5"), str(path))
@@ -145,7 +147,6 @@ WORDS = {  # of the accessor, of a window, of a strip, of the border of what is 
 }
 
 
-@pytest.mark.filterwarnings("ignore::nsdrill.RunWarning")
 @pytest.mark.parametrize("kind", WORDS)
 def test_each_output_says_why(files, kind):
     path = files / f"{kind}.h5"
@@ -157,34 +158,35 @@ def test_each_output_says_why(files, kind):
     number = 5 if kind == "failed" else int(unknown.sum())
     assert f"{of_strip} ({number} of 8)" in legend_words(nsdrill.plot(path, "bifurcation"))
     plt.close("all")
-    maps = classes(read_results(path))
+    results = read_results(path)
+    maps = classes(results)
     speed = int(np.flatnonzero(unknown.any(axis=0))[0])
     assert obstacle_words(**obstacle(maps, (0, 0, speed))) == of_border
     # the explorer: its words of the outcome, of a click on the point, and its legend
-    session, way = Session(path), int(unknown[1, speed])
-    code = int(session.diagram({"y": "bit_speed_max"})[1]["outcome"][way, speed])
+    way, speed = np.argwhere(unknown)[-1].tolist()
+    code = int(diagram(results, "si", "bit_speed_max")[1]["outcome"][way, speed])
     words = of_strip.removeprefix("blank: ")
-    assert session.meta()["unknown"][str(code)] == words
-    values = {name: one[(way, 0, 0, speed)] for name, one in session.results.variables.items() if one.ndim == 4}
-    assert label_words(values, session.attrs, code)[0] in (words, "pending")
+    assert Session(files / "all.h5").meta()["unknown"][str(code)] == words
+    values = {name: one[(way, 0, 0, speed)] for name, one in results.variables.items() if one.ndim == 4}
+    assert label_words(values, results.attrs, code)[0] in (words, "pending")
 
 
-@pytest.mark.filterwarnings("ignore::nsdrill.RunWarning")
 def test_what_was_inferred_and_what_did_not_settle_say_so(files):
     inferred, unsettled = files / "inferred.h5", files / "not settled.h5"
     assert "no value: inferred, not run (4 of 8)" in legend_words(nsdrill.plot(inferred, "bifurcation"))
     plt.close("all")
-    assert Session(inferred).diagram({"y": "bit_speed_max"})[0]["inferred"].endswith("not run: 4 of 8")
-    assert Session(files / "known.h5").diagram({"y": "bit_speed_max"})[0]["inferred"] == ""
+    assert diagram(read_results(inferred), "si", "bit_speed_max")[0]["inferred"].endswith("not run: 4 of 8")
+    assert diagram(read_results(files / "known.h5"), "si", "bit_speed_max")[0]["inferred"] == ""
     plane = {"colour": "response", "x": "rotary_speed", "y": "wob"}
     head, columns = Session(files / "all.h5").plane(plane)
     assert head["inferred"].endswith("not run: 4 of 64")
     assert np.count_nonzero(columns["outcome"] < 0) == sum(int(one.sum()) for one in UNKNOWN.values())
     assert "4 ok, 4 inferred" in nsdrill.show(inferred)
-    assert "2 inferred, not run" in " ".join(nsdrill.window(inferred)["answer"]["lines"])
-    assert nsdrill.window(inferred)["inferred_runs"] == 4
+    found = find_window(read_results(inferred))
+    assert "2 inferred, not run" in " ".join(words_of(found, "si").lines())
+    assert found["inferred_runs"] == 4
     assert "8 ok; 4 settled" in nsdrill.show(unsettled)
-    assert nsdrill.window(unsettled)["unsettled_points"] == 2
+    assert find_window(read_results(unsettled))["unsettled_points"] == 2
     assert sum(row["settled_words"] == "unsettled" for row in rows_of(unsettled)) == 4
 
 
