@@ -15,6 +15,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
+from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.unstable import FOLLOWED, is_unstable
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
@@ -22,7 +23,7 @@ from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, ungraded
 from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.operations.arguments import GRADES
-from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
+from nsdrill.variables import INFERRED, OK, PENDING, TRUST, dimension_of, has_failed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,7 +59,6 @@ class Accessor:
             return "nsdrill: a Dataset without the responses of a sweep; plot(kind) draws it"
         status = self._variable("status")
         over = ", ".join(f"{name} ({length})" for name, length in status.sizes.items())
-        known = status.isin((OK, INFERRED))
         model = model_in(self._data.attrs)
         shown = {}
         if model.drills:
@@ -70,8 +70,8 @@ class Accessor:
             }
         shown |= {f"shows({name!r})": self.shows(name) for name, one in model.critical.items() if one.is_own}
         rows = [f"  {name:10s}{int(found.sum()):8d}" for name, found in {**shown, "safe()": self.safe()}.items()]
-        unknown = int(status.size) - int(known.sum())
-        rows += [f"  {'not known':10s}{unknown:8d}: failed, or not yet run"] if unknown else []
+        if unknown := int(status.size) - int(self._is_known().sum()):
+            rows.append(f"  {'not known':10s}{unknown:8d}: {self._why_unknown()}")
         return "\n".join([f"nsdrill: {count(int(status.size), 'run')}{f' over {over}' if over else ''}", *rows])
 
     def _repr_html_(self) -> str:
@@ -131,7 +131,8 @@ class Accessor:
     def known(self) -> DataArray:
         """Where the response of a run is known: it ended well, or was inferred from the runs
         around it. Not where it failed, has not been made, or comes after a failed one in
-        a chain, from which nothing was carried to it."""
+        a chain, from which nothing was carried to it; nor where it shows nothing and its
+        drive is off its speed or its motion unstable, nor of a model without responses."""
         return _named(self._is_known(), "the response of the run is known")
 
     def safe(self, severity: int | None = None) -> DataArray:
@@ -216,6 +217,21 @@ class Accessor:
         features = {one: self._data[one].transpose(*status.dims).values for one in there}
         return status.copy(data=model.status_of(status.values, features, prefix))
 
+    def _why_unknown(self) -> str:
+        """Why responses are not known, of those reasons that there are."""
+        status, is_known = self._status(), self._is_known()
+        if not model_in(self._data.attrs).critical:
+            return UNJUDGED
+        ended, off, leaves = status.isin((OK, INFERRED)), self._off_speed(), self._is_unstable()
+        causes = {
+            "failed": has_failed(status),
+            "not run yet": status == PENDING,
+            "not carried": self._after_failure() & ended,
+            "off speed": off & ~is_known,
+            "an unstable motion": leaves & ~is_known,
+        }
+        return ", ".join(word for word, found in causes.items() if bool(found.any()))
+
     def _shows(self, bit: int, words: str) -> DataArray:
         """Where the response of a run has this bit; of NaN where it is not known."""
         known, found = self._is_known(), (self._variable("response") & bit) > 0
@@ -226,16 +242,23 @@ class Accessor:
         known = status.isin((OK, INFERRED))
         if "response" in self._data:
             known = known & ~((self._off_speed() | self._is_unstable()) & (self._data["response"] == 0))
+        if not model_in(self._data.attrs).critical:  # nothing judges its runs
+            known = known & False
+        return known & ~self._after_failure()
+
+    def _after_failure(self) -> DataArray:
+        """Where a run before it in its chain failed, or was not made."""
+        status = self._status()
         if AFTER_FAILURE.name in self._data.coords:
-            return known & (self._data[AFTER_FAILURE.name] == 0)
+            return self._data[AFTER_FAILURE.name] != 0
         along = resolved_study(self._data.attrs).get("sweep", {}).get("along")
         if "procedure" not in self._data.coords or not along or dimension_of(along) not in status.dims:
-            return known
+            return status.copy(data=np.zeros(status.shape, dtype=bool))
         by_procedure = status if "procedure" in status.dims else status.expand_dims("procedure")
         ordered = by_procedure.transpose("procedure", ...)
         coords = {str(name): np.atleast_1d(self._data[name].values) for name in ordered.dims}
         after = ordered.copy(data=after_failure(Results(coords, {"status": ordered.values}, self._data.attrs)))
-        return known & ~(after if "procedure" in status.dims else after.squeeze("procedure"))
+        return after if "procedure" in status.dims else after.squeeze("procedure")
 
     def _off_speed(self) -> DataArray:
         """Where the drive does not turn as it is set, so that a run that shows nothing is not known."""

@@ -6,9 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nsdrill.analysis.advice import RECOMMENDED, Advice, First, Kind, Recovery
+from nsdrill.analysis.graded import Graded, graded
+from nsdrill.analysis.planes import along_axis
 from nsdrill.analysis.room import tolerance
 from nsdrill.analysis.window import find_window
-from nsdrill.data import Answer
+from nsdrill.data import Answer, Results
 from nsdrill.words.answer import warnings
 
 from .grids import grid, told
@@ -18,12 +20,32 @@ WAYS = [("up",), ("up", "down"), ("up", "same"), ("up", "down", "same")]
 FIRMNESS = [Recovery.LASTS, Recovery.NOT_MET, Recovery.ENDS]  # the least said for the string first
 
 
-def window(ways: tuple[str, ...], drawn: np.ndarray, lasts_to: list[float] | None) -> Answer:
-    """The window of maps that are drawn [way, weight, speed]."""
+def results_of(ways: tuple[str, ...], drawn: np.ndarray, lasts_to: list[float] | None) -> Results:
+    """Maps that are drawn [way, weight, speed]."""
     maps = {way: [["".join(row) for row in one]] for way, one in zip(ways, drawn, strict=True)}
     _, rows, columns = drawn.shape
     results = grid(maps, RPM * (40.0 + 10.0 * np.arange(columns)), KLBF * (10.0 + 5.0 * np.arange(rows)))
-    return find_window(results if lasts_to is None else told(results, lasts_to))
+    return results if lasts_to is None else told(results, lasts_to)
+
+
+def window(ways: tuple[str, ...], drawn: np.ndarray, lasts_to: list[float] | None) -> Answer:
+    """The window of these."""
+    return find_window(results_of(ways, drawn, lasts_to))
+
+
+def graded_maps(ways: tuple[str, ...], drawn: np.ndarray, lasts_to: list[float] | None) -> Graded:
+    """The grades of these."""
+    return graded(results_of(ways, drawn, lasts_to))
+
+
+def within(maps: Graded, found: Advice) -> np.ndarray:
+    """The points [y, x] of what to stay within."""
+    inside = np.ones(maps.allowed[0].shape, dtype=bool)
+    for axis, one in found.stay_within.items():
+        place = 0 if axis == maps.y else 1
+        values, slack = maps.values(axis), 1e-9 * abs(one.high)
+        inside &= along_axis((values >= one.low - slack) & (values <= one.high + slack), place, 2)
+    return inside
 
 
 def size(found: Advice) -> float:
@@ -71,6 +93,35 @@ def test_a_run_that_fails_makes_no_answer_stronger(seed):
     if was.recover is not None and now.recover is not None and now.recover.outcome != was.recover.outcome:
         # a vibration in the run that failed is not known any more
         assert FIRMNESS.index(now.recover.outcome) < FIRMNESS.index(was.recover.outcome) or drawn[place] != "."
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_a_run_that_fails_allows_no_setting_and_no_range(seed):
+    """The answer may be another setting, or another rectangle: all of it was allowed before, in the same
+    field, and so were all stretches that are told."""
+    rng = np.random.default_rng(seed)
+    ways = WAYS[rng.integers(len(WAYS))]
+    shape = len(ways), int(rng.integers(1, 5)), int(rng.integers(4, 9))
+    drawn = np.where(rng.random(shape) < rng.choice([0.02, 0.05, 0.15]), rng.choice(list("bswtB"), shape), ".")
+    lasts_to = None if rng.random() < 0.6 else [float(one) for one in RPM * rng.choice([0, 45, 60], shape[1])]
+    less = drawn.copy()
+    less[tuple(int(rng.integers(one)) for one in shape)] = rng.choice(list("x?"))
+    before, after = (graded_maps(ways, one, lasts_to) for one in (drawn, less))
+    for was, now in zip((before.better, *before.fields), (after.better, *after.fields), strict=True):
+        assert not np.any(now & ~was)
+    told_before, told_after = (window(ways, one, lasts_to) for one in (drawn, less))
+    found = told_after["answer"]
+    if not found.stay_within:
+        return
+    inside = within(after, found)
+    assert inside[found.cell[1:]]
+    assert np.all(before.allowed[0][inside])
+    assert any(
+        np.all(now[0][inside]) and np.all(was[0][inside]) for was, now in zip(before.fields, after.fields, strict=True)
+    )
+    for was, now in zip(told_before["maps"][0]["rows"], told_after["maps"][0]["rows"], strict=True):
+        assert all(any(low <= first and last <= high for low, high in was["safe"]) for first, last in now["safe"])
 
 
 def tags(found: Answer) -> set[str]:

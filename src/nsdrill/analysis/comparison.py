@@ -18,6 +18,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of, motion_text
 from nsdrill.analysis.counts import AFTER_FAILURE, known
 from nsdrill.analysis.hysteresis import response_text
+from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
@@ -46,7 +47,8 @@ def compare_results(a: Results, b: Results) -> Answer:
       same, and ``values`` has the two.
     - ``points``: the number of common points.
     - ``responses``: at how many of these they differ, the ``changes`` from one to
-      another, and some of the points.
+      another, and some of the points; None where a model declares none
+      (``declares_responses``).
     - ``probabilities`` of results with samples: see :func:`_probabilities`.
     - ``variables``: one row each, see :func:`_row`.
     - ``only_a`` and ``only_b``: the variables that only one of them has.
@@ -60,6 +62,7 @@ def compare_results(a: Results, b: Results) -> Answer:
     return {
         "axes": axes,
         "points": int(np.prod(shape)) if is_comparable else 0,
+        "declares_responses": judges(a) and judges(b),
         "responses": _responses(a, b, selections, coords) if is_comparable else None,
         "probabilities": _probabilities(a, b, places),
         "variables": [*_rows(a, b, selections, coords)] if is_comparable else [],
@@ -293,7 +296,7 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     """The outcomes that changed: a response, or the status of the run where no response
     is known; how many are ``unchanged``, known and the same; and ``unknown``: at how many
     points one or both of the responses are not."""
-    if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
+    if not all(name in data.variables and judges(data) for data in (a, b) for name in ("status", "response")):
         return None
     left, right = (_outcomes(data)[point] for data, point in zip((a, b), selections, strict=True))
     differs, unknown = left != right, (left >= _NOT_CARRIED) | (right >= _NOT_CARRIED)

@@ -37,8 +37,8 @@ from nsdrill.variables import (
     has_failed,
 )
 
-NOT_CARRIED = (
-    "not known: a run before it in its chain failed, or its drive is off its speed"  # of a run that ended well
+NOT_CARRIED = (  # of a run that ended well
+    "not known: a run before it in its chain failed, its drive is off its speed, or its motion is unstable"
 )
 # what is known of a run, the worst last
 EXPONENT = "lyapunov_exponent"

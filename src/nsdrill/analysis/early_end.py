@@ -8,14 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.safety import outcome
+from nsdrill.analysis.safety import DECIDING, known_outcome
 from nsdrill.data import Answer, Results
 from nsdrill.models.numbers import FOLD_ERROR
 from nsdrill.models.responses import STICK_SLIP
 
 SPEED = "rotary_speed"
 EARLY = 0.9  # of the speed below which stick-slip lasts
-USES = ("status", "response", "wall_contact_fraction")
+USES = ("status", "response", "wall_contact_fraction", *DECIDING)
 
 # [rad/s] at many values of the axes but the speed; None where stick-slip lasts at no speed, NaN where not known
 Folds = Callable[[Sequence[Mapping[str, float]]], list[float | None]]
@@ -37,7 +37,7 @@ def ends_early(results: Results, folds: Folds) -> list[Answer]:
         return []
     if carried_axis(results) not in (SPEED, None):  # no stick-slip is carried up in speed
         return []
-    codes = outcome(results["status"], results["response"])[results.procedures.index("up")]
+    codes = known_outcome(results)[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)
     lines = np.moveaxis(codes, place, -1)
     ends: list[tuple[Answer, dict[str, float]]] = []

@@ -20,7 +20,7 @@ from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
 from nsdrill.analysis.off_bottom import wall_off_bottom
-from nsdrill.analysis.planes import Cell, check_judged, stretches
+from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, told_responses
@@ -55,7 +55,7 @@ from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
-from nsdrill.variables import INFERRED, PENDING, SAMPLE
+from nsdrill.variables import INFERRED, PENDING, SAMPLE, has_failed
 
 USUAL_CONFIDENCE = 0.9
 LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
@@ -387,16 +387,18 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
-    carried``, ``3 too fast``, ``3 failed, 12 inferred, without a severity``."""
+    carried``, ``3 off speed``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
     causes = {
         "failed": summary["failed"],
+        "not run yet": summary["pending"],
         "not carried": summary["after_failure"],
-        "too fast": summary["off_speed"],
-        "unstable": summary["unstable_motion"],
+        "off speed": summary["off_speed"],
+        "an unstable motion": summary["unstable_motion"],
     }
-    why = " or ".join([word for word, told in causes.items() if told] or ["failed"])
+    *head, last = [word for word, told in causes.items() if told] or ["failed"]
+    why = f"{', '.join(head)} or {last}" if head else last
     return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
@@ -548,17 +550,31 @@ def _limits(maps: Classes, start: Cell, place: int) -> Answer:
 
 def obstacle(maps: Classes, cell: Cell) -> Answer:
     """What prevents that a cell is safe: ``why``, and its ``responses``. A cell beyond
-    the end of its row or column is at the edge."""
+    the end of its row or column is at the edge; one is open where its runs ended well and
+    it is not known all the same."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
     if maps.grades.outside is not None and maps.grades.outside[cell]:
         return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
-        why = "failed"
+        why = _why_unknown(maps, cell)
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
     return {"why": why, "responses": response_text(bits, maps.results.attrs).split("+") if bits else []}
+
+
+def _why_unknown(maps: Classes, cell: Cell) -> str:
+    """Why the runs of a cell do not tell what it is: one failed, there or before them in
+    their chain, or was not made; else it is open."""
+    results = maps.results
+    if maps.counts.failed[cell]:
+        return "failed"
+    if maps.counts.pending[cell]:
+        return "pending"
+    if planes_of(results, maps.x, maps.y, maps.third)(after_failure(results))[cell].any():
+        return "failed" if has_failed(results["status"]).any() else "pending"
+    return "open"
 
 
 def _over_depth(maps: Classes) -> Answer | None:

@@ -16,12 +16,14 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
 from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
+from nsdrill.analysis.safety import known_runs
 from nsdrill.app.datasets import variables_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
 from nsdrill.models.choices import words_along
 from nsdrill.models.registry import IN_TRACE, model_in, named_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
@@ -42,8 +44,8 @@ def table(
 ) -> Iterator[list[Cell]]:
     """The headings and the rows of results, one per point: its coordinates, every
     variable, and the flags also in words. The word is ``unknown`` for a label that a
-    point lacks because its run failed or has not been made. Of a trace there is a row
-    for each sample.
+    point lacks because its run failed or has not been made, and for a response that is
+    not known of a run that ended well. Of a trace there is a row for each sample.
 
     ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
     and state: ``final_state_lag [rad]``. Numbers are in SI, with enough digits to restore
@@ -68,6 +70,8 @@ def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwri
 def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
     named = named_in(results.attrs)
     chosen = [named[name] for name in results.variables if name in named and named[name].origin in origins]
+    judged = {"response", *RESPONSE_KINDS, *model_in(results.attrs).severities}
+    is_known = known_runs(results) if "status" in results else np.ones(results.shape, dtype=bool)
     results = replace(results, variables=with_failures(results))
     chosen += [AFTER_FAILURE] if AFTER_FAILURE.name in results else []
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
@@ -85,7 +89,8 @@ def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
             value = results.variables[variable.name][place]
             row.extend(np.atleast_1d(value).tolist())
             if variable.flag_meanings is not None:
-                row.append(variable.words(int(value)) if _has_value(results, variable, place) else "unknown")
+                has_value = _has_value(results, variable, place) and (is_known[place] or variable.name not in judged)
+                row.append(variable.words(int(value)) if has_value else "unknown")
         yield row
 
 

@@ -19,7 +19,7 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.counts import BEYOND, NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
-from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, told_responses
+from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, told_responses
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
 from nsdrill.figures.look import BESIDE, look
@@ -157,6 +157,12 @@ class Columns:
         if after := int((outcomes == NOT_CARRIED_POINT).sum()):
             words = f"{NOT_CARRIED} ({after} of {outcomes.size})"
             entries.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
+        if pending := int((outcomes == PENDING_POINT).sum()):
+            words = f"blank: not run yet ({pending} of {outcomes.size})"
+            entries.append(line_entry(words, linestyle="none"))
+        if inferred := sum(int((line["status"] == INFERRED).sum()) for line in self.lines):
+            words = f"no value: inferred, not run ({inferred} of {outcomes.size})"
+            entries.append(line_entry(words, linestyle="none"))
         verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
         return entries + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 

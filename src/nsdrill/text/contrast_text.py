@@ -21,7 +21,7 @@ from nsdrill.words.values import WAYS, Formatter, in_order, percent, safe_words
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table
 MAX_KEYS = 6  # in one line
-UNSEEN = ("failed", "unknown")  # why a point is not safe: it is not known whether it is
+UNSEEN = ("failed", "pending", "open", "unknown")  # why a point is not safe: it is not known whether it is
 SINGLE = "not known, as the numbers are single estimates"
 
 

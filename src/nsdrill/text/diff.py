@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.app.answering.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import EDITED_SOURCE, Answer, edited_words
@@ -121,6 +122,8 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     yield f"Compared: {'all' if whole else 'the common'} {count(d['points'], noun[:-1])}."
     if responses := d["responses"]:
         yield from _response_lines(responses, d["points"], swept, units)
+    elif not d.get("declares_responses", True):
+        yield f"Responses: not known, as {UNJUDGED}."
     for name in ("a", "b"):
         if names := d[f"only_{name}"]:
             yield f"Only in {name}: {', '.join(names)}."

@@ -95,7 +95,7 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
     else:
         yield f"  allowed: the run, {how}, ends well {free}{share}"
     if summary["unknown"]:
-        yield "  unknown: a run failed or has no severity, and the others leave it open; it is not allowed"
+        yield "  unknown: a run is not known or has no severity, and the others leave it open; it is not allowed"
 
 
 def _counts(summary: Answer) -> str:

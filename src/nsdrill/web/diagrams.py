@@ -17,7 +17,7 @@ from nsdrill.figures.picture_kinds import longest
 from nsdrill.figures.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.models.registry import drawn_in, model_in, named_in
 from nsdrill.models.responses import STALLED
-from nsdrill.variables import OK, POINT
+from nsdrill.variables import INFERRED, OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
 from nsdrill.words.labels import quantity, way_word
 
@@ -134,6 +134,7 @@ def diagram(
         ],
         "lines": _reference_lines(results, series, panel.mode if panel else None, axis, units),
         "edges": [x_edges[0], x_edges[-1]],
+        "inferred": _inferred_words(series["status"]),
     }
     scales = np.array([quantity(n, units).scale for n in names])
     columns = {"values": values / quantity(y, units).scale, "outcome": outcomes, "constant": constant}
@@ -213,8 +214,15 @@ def plane(
         "classes": classes(colour, results.attrs) if is_label else None,
         "limits": None if is_label else [low, high],
         "silent": response_styles(results.attrs)[STALLED] if stands.any() else None,
+        "inferred": _inferred_words(placed(results["status"])),
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
+
+
+def _inferred_words(status: Array) -> str:
+    """How many of the points that are drawn were not run; empty where all were."""
+    inferred = int(np.count_nonzero(status == INFERRED))
+    return f"inferred from the points around, not run: {inferred} of {status.size}" if inferred else ""
 
 
 def place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:

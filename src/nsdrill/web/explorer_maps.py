@@ -12,7 +12,7 @@ from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.maps import Classes, classes
 from nsdrill.analysis.planes import axes_of, judges
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, safe_in_words
-from nsdrill.analysis.safety import FAILED_POINT, counts_of, outcome
+from nsdrill.analysis.safety import FAILED_POINT, counts_of, known_outcome
 from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
@@ -182,7 +182,7 @@ def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
 def _basin(results: Results, units: str) -> Reply:
     """The response that each start of a slice leads to, at one operating point."""
     (x_name, x), (y_name, y) = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist())).items()
-    codes = outcome(results["status"], results["response"]).reshape(-1, len(x), len(y))[0].T
+    codes = known_outcome(results).reshape(-1, len(x), len(y))[0].T
     axes = [
         {**quantity_data(name, units), "values": values / quantity(name, units).scale, "log": False}
         for name, values in ((x_name, x), (y_name, y))

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.analysis.bifurcations import EQUILIBRIUM
+from nsdrill.analysis.safety import known_outcome
 from nsdrill.app.experiment import unlike
 from nsdrill.app.simulating.integration import SimulatedMotion
 from nsdrill.app.simulating.trajectory import option_of
@@ -79,7 +80,7 @@ def replay(session: Opened, request: Request) -> Reply:
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
     stored = stored_values(session, place)
-    head, columns = motion_reply(session, motion, study, stored)
+    head, columns = motion_reply(session, motion, study, stored, stored_outcome(session, place))
     named = named_in(session.sweep().attrs)
     names = [name for name in stored if named[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
@@ -100,6 +101,12 @@ def stored_values(session: Opened, place: tuple[int, ...]) -> dict[str, float]:
     named = named_in(results.attrs)
     there = {name: values for name, values in results.variables.items() if name in named}
     return {name: values[place].item() for name, values in there.items() if values.ndim == len(place)}
+
+
+def stored_outcome(session: Opened, place: tuple[int, ...]) -> int | None:
+    """The outcome of a stored point; None where the file has no responses."""
+    results = session.sweep()
+    return int(known_outcome(results)[place]) if {"status", "response"} <= {*results.variables} else None
 
 
 def differing(session: Opened, motion: SimulatedMotion) -> list[str]:
@@ -175,8 +182,10 @@ def section(session: Opened, request: Request) -> Reply:
     return {"planes": planes, "words": f"{count} {source}"}, columns
 
 
-def motion_reply(session: Opened, motion: SimulatedMotion, study: Study, labels: Answer) -> Reply:
-    """The reply with a motion."""
+def motion_reply(
+    session: Opened, motion: SimulatedMotion, study: Study, labels: Answer, outcome: int | None = None
+) -> Reply:
+    """The reply with a motion, which has the ``outcome`` of a stored point, if it is one."""
     model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
     hole = model.hole(study.parameters) if model.hole else None
@@ -186,7 +195,7 @@ def motion_reply(session: Opened, motion: SimulatedMotion, study: Study, labels:
         "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
         "begin": float(motion.time[0]) if len(motion.time) else 0.0,
         "samples": len(motion.time),
-        "labels": label_words(labels, {"model": study.model.name}),
+        "labels": label_words(labels, {"model": study.model.name}, outcome),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
         "ended": ended(motion),
         "state": motion.final if motion.status == OK else None,

@@ -29,7 +29,7 @@ from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.branch_curves import Branches, mismatch
 from nsdrill.web.diagrams import map_axes, member_dimension, place_of
 from nsdrill.web.html_page import Page, escaped, paragraph, table, warning_list
-from nsdrill.web.moving import command, differing, ended, point_rows, stored_values
+from nsdrill.web.moving import command, differing, ended, point_rows, stored_outcome, stored_values
 from nsdrill.web.report_head import (
     comparison,
     file_answer,
@@ -287,7 +287,7 @@ def _add_motion(page: Page, session: Session, place: tuple[int, ...]) -> str:
         page.add(f"<p>{escaped(str(error))}</p>")
         return ""
     title = ", ".join(f"{name} {value}" for name, value in point_rows(session, place))
-    labels = label_words(stored_values(session, place), trace.attrs)
+    labels = label_words(stored_values(session, place), trace.attrs, stored_outcome(session, place))
     page.add(f"<figure><figcaption><strong>{escaped(title)}</strong><br>{escaped(', '.join(labels))}<br>")
     if why := ended(motion):
         page.add(escaped(f"It ended early: {why}."))

@@ -14,7 +14,7 @@ from nsdrill.web.asked import Request
 from nsdrill.web.branch_curves import branch_choices, branch_diagram, with_branches
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.opened import Opened
-from nsdrill.web.shown import first_sliders, response_styles, sliders
+from nsdrill.web.shown import UNKNOWN_WORDS, first_sliders, response_styles, sliders
 
 
 class Session(Opened):
@@ -37,6 +37,7 @@ class Session(Opened):
             "longest": self.study.simulation.transient + self.study.simulation.observe,
             "drawn": self._motion_drawing(),
             "responses": response_styles(self.attrs),
+            "unknown": {str(code): words for code, words in UNKNOWN_WORDS.items()},
             "sliders": sliders(self.study, self.units, self.adjustable),
             "usual": list(dict.fromkeys([*first_sliders(self.study), *self.study.swept])),
             "command": f"nsdrill view {shlex.quote(self.path)}",

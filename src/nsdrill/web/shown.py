@@ -21,6 +21,8 @@ from nsdrill.study.study import Study
 from nsdrill.variables import INFERRED, OK, dimension_of
 from nsdrill.words.labels import Shown, quantity
 
+# of outcomes that are not known
+UNKNOWN_WORDS = {PENDING_POINT: "not run yet", FAILED_POINT: "failed", NOT_CARRIED_POINT: NOT_CARRIED}
 _DOT = "\u0307"  # over the letter before it
 
 
@@ -79,8 +81,7 @@ def response_styles(attrs: Attributes) -> list[dict[str, str]]:
 def outcome_words(code: int, attrs: Attributes) -> str:
     """The outcome of a point (:mod:`nsdrill.analysis.probability`) in words, of a file with the
     root attributes ``attrs``."""
-    words = {PENDING_POINT: "not run yet", FAILED_POINT: "failed", NOT_CARRIED_POINT: NOT_CARRIED}
-    return words.get(code) or style.styles_of(attrs)[code].name
+    return UNKNOWN_WORDS.get(code) or style.styles_of(attrs)[code].name
 
 
 def classes(name: str, attrs: Attributes) -> list[dict[str, str]]:
@@ -98,14 +99,15 @@ def classes(name: str, attrs: Attributes) -> list[dict[str, str]]:
     return [{"name": word.replace("_", " "), "colour": colours[i % len(colours)]} for i, word in enumerate(words)]
 
 
-def label_words(values: Mapping[str, float], attrs: Attributes) -> list[str]:
-    """The labels of a point in words: its responses first."""
+def label_words(values: Mapping[str, float], attrs: Attributes, outcome: int | None = None) -> list[str]:
+    """The labels of a point in words: its responses first, or those of its ``outcome``
+    (:func:`nsdrill.analysis.safety.known_outcome`) where a file tells it."""
     status = int(values.get("status", OK))
     if status == INFERRED:
         return [f"{outcome_words(int(values['response']), attrs)} (inferred from its neighbours, not run)"]
     if status != OK:
         return [BY_NAME["status"].words(status).replace("_", " ")]
-    texts = [outcome_words(int(values["response"]), attrs)]
+    texts = [outcome_words(int(values["response"]) if outcome is None else outcome, attrs)]
     own = {one.severity.name: one.words for one in responses_in(attrs).values() if one.is_own and one.severity}
     for name, value in values.items():
         variable = named_in(attrs).get(name)

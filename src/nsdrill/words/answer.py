@@ -139,6 +139,8 @@ def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> st
     words = {
         "edge": "edge of the map",
         "failed": "a run failed",
+        "pending": "not run yet",
+        "open": "nothing is known",
         "unknown": "no severity is known",
         "outside": "not drilled",
     }

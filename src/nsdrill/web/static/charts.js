@@ -516,8 +516,8 @@ window.nsdrill = (() => {
   }
 
   // The legend of diagrams `all` of one sweep. With `hidden`, a set of names, the kinds of branches and of special points are
-  // switched on and off by it; `redraw` is called then.
-  function legendOf(all, responses, hidden, redraw) {
+  // switched on and off by it; `redraw` is called then. The words are those of the `meta` of the page.
+  function legendOf(all, { responses, unknown }, hidden, redraw) {
     const d = all[0], codes = new Set(all.flatMap((one) => [...one.outcome]));
     if (!d) return [];
     const items = responses.filter((_, code) => codes.has(code)).map((style) => swatch(style.marker, style.colour, style.name));
@@ -532,14 +532,15 @@ window.nsdrill = (() => {
     }
     for (const line of new Map(all.flatMap((one) => one.lines || []).map((one) => [one.words, one])).values())
       items.push(dash(REFERENCE, line.words, isWall(line) ? [] : [8, 4]));
-    if (d.note) items.push(make("li", {}, d.note));
-    if (codes.has(-2)) items.push(swatch("X", "#000", "failed"));
-    if (codes.has(-3)) items.push(dash("#000", NOT_CARRIED));
+    for (const words of [d.note, d.inferred]) if (words) items.push(make("li", {}, words));
+    if (codes.has(-1)) items.push(make("li", {}, `blank: ${unknown[-1]}`));
+    if (codes.has(-2)) items.push(swatch("X", "#000", unknown[-2]));
+    if (codes.has(-3)) items.push(dash("#000", unknown[-3]));
     return items;
   }
 
   // The legend of maps: the classes that occur, or five values of the colour map.
-  function mapLegendOf(d) {
+  function mapLegendOf(d, { unknown }) {
     const values = new Set(d.values);
     const items = d.classes
       ? d.classes.filter((_, code) => values.has(code)).map((style) => (style.stripes ? entry(style.name, (c) => {
@@ -547,8 +548,10 @@ window.nsdrill = (() => {
         striped(c, style.stripes, 7, 7, 14, 14, 6);
       }) : swatch("s", style.colour, style.name)))
       : [0, 0.25, 0.5, 0.75, 1].map((part) => swatch("s", colourOf(d, d.limits[0] + part * (d.limits[1] - d.limits[0])), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)));
-    if (d.outcome.includes(-2)) items.push(swatch("X", "#000", "failed"));
-    if (d.outcome.includes(-3)) items.push(swatch("X", "#000", NOT_CARRIED));
+    if (d.outcome.includes(-1)) items.push(make("li", {}, `blank: ${unknown[-1]}`));
+    if (d.outcome.includes(-2)) items.push(swatch("X", "#000", unknown[-2]));
+    if (d.outcome.includes(-3)) items.push(swatch("X", "#000", unknown[-3]));
+    if (d.inferred) items.push(make("li", {}, d.inferred));
     if (d.silent) items.push(swatch("s", d.silent.colour, d.silent.name));
     if (d.open && d.open.some((one) => one > 0))
       items.push(entry(d.open_words, (c) => {
@@ -561,7 +564,6 @@ window.nsdrill = (() => {
   // Classes or values over two axes. Values have the colours of the `scale` of a map, by default viridis; those of differences go
   // from violet over white to orange.
   const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
-  const NOT_CARRIED = "not known: a run before it in its chain failed, or its drive is off its speed";
   const DIFFERENCES = ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"];
   function shade(scale, part) {
     const at = Math.min(Math.max(part, 0), 1) * (scale.length - 1), i = Math.min(Math.floor(at), scale.length - 2), f = at - i;

@@ -187,7 +187,7 @@
     return place;
   }
 
-  const word = (code) => (code === -1 ? "not run yet" : code === -2 ? "failed" : code === -3 ? "not known: a run before it in its chain failed" : meta.responses[code].name);
+  const word = (code) => meta.unknown[code] ?? meta.responses[code].name;
 
   function drawLines(all) {
     view.all = all;
@@ -204,7 +204,7 @@
       );
     });
     const d = all[0];
-    $("legend").replaceChildren(...N.legendOf(all, meta.responses, view.hidden, () => { for (const chart of charts) chart.redraw(); writeLink(); }));
+    $("legend").replaceChildren(...N.legendOf(all, meta, view.hidden, () => { for (const chart of charts) chart.redraw(); writeLink(); }));
     $("hover").textContent = meta.kind === "branches" ? "Point at a branch; click a point of it to run its motion." : "Point at the diagram for numbers; click a point to run it again.";
     view.count = d.x.values.length;
     showLivePeaks();
@@ -261,8 +261,8 @@
     $("diagram").style.gridTemplateColumns = several && !narrow.matches ? `minmax(0, calc(${100 / panels.length}% + ${Math.round(54 * (1 - 1 / panels.length))}px)) repeat(${panels.length - 1}, minmax(0, 1fr))` : "";
     // of classes every one once; of values those of each colour scale, after what has them
     const keyOf = ({ d }) => (d.classes ? "" : JSON.stringify([d.scale, d.limits])), scales = new Map(panels.filter(({ d }) => !d.classes).map((one) => [keyOf(one), one]));
-    const classes = new Map([...new Set(view.all)].filter((d) => d.classes).flatMap(N.mapLegendOf).map((item) => [item.textContent, item]));
-    const ofScales = [...scales].flatMap(([key, one]) => [...(scales.size > 1 ? [make("li", {}, `${panels.filter((other) => keyOf(other) === key).map((other) => other.title).join(", ")}:`)] : []), ...N.mapLegendOf(one.d)]);
+    const classes = new Map([...new Set(view.all)].filter((d) => d.classes).flatMap((d) => N.mapLegendOf(d, meta)).map((item) => [item.textContent, item]));
+    const ofScales = [...scales].flatMap(([key, one]) => [...(scales.size > 1 ? [make("li", {}, `${panels.filter((other) => keyOf(other) === key).map((other) => other.title).join(", ")}:`)] : []), ...N.mapLegendOf(one.d, meta)]);
     $("legend").replaceChildren(...classes.values(), ...ofScales, ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the operating window")] : []));
     $("hover").textContent = "Point at a map for numbers; click a cell to run it again.";
   }
