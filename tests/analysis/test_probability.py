@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import nsdrill
 from analysis.grids import told
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.sensitivity import indices, sensitivity
@@ -451,3 +452,30 @@ def test_what_does_not_vary_has_no_indices():
     x = samples(64, "sobol")
     assert indices(x, np.ones((64, 1)), "sobol") is None
     assert indices(x, np.full((64, 1), np.nan), "sobol") is None
+
+
+TRANSIENT = """
+model: torsion
+operation: {depth: 2000 m}
+sweep: {wob: {from: 20 kN, to: 60 kN, points: 3}}
+simulation: {transient: 10 s, observe: 60 s}
+uncertain: {rotary_speed: {uniform: [2 rad/s, 4 rad/s]}, samples: 32}
+"""
+
+
+def test_a_file_gives_the_probabilities_of_the_results_and_says_that_they_may_be_those_of_a_transient(tmp_path):
+    """A run that swings without sticking is not safe, whatever is read of a file."""
+    path = tmp_path / "out.h5"
+    data = nsdrill.run(TRANSIENT, path, progress=False)
+    safe = nsdrill.probability(path).probability.sel(outcome="safe")
+    np.testing.assert_array_equal(safe, nsdrill.probability(data).probability.sel(outcome="safe"))
+    shown, told = nsdrill.show(path), nsdrill.sensitivity(path)
+    assert f"{100 * safe.values[0]:.1f} % (" in shown.split("Probability")[1]
+    assert told["answers"][0]["mean"] == pytest.approx(float(safe.mean()))
+    free = (data.response == 0).mean("sample")
+    assert float(safe.mean()) < float(free.mean())
+    unsettled = int((data.settled == 0).sum())
+    assert unsettled > 0
+    assert told["unsettled"] == {"runs": unsettled, "of": 96}
+    assert nsdrill.probability(path).unsettled_runs == unsettled
+    assert f"NOT SETTLED: in {unsettled} of 96 runs" in shown

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import astuple
 
 import numpy as np
@@ -12,12 +13,13 @@ import numpy as np
 from nsdrill.analysis.counts import after_failure, carried_axis, known
 from nsdrill.analysis.histories import Label, Ways
 from nsdrill.analysis.planes import along_axis, axes_of
-from nsdrill.analysis.safety import known_runs, run_safety
+from nsdrill.analysis.safety import DECIDING, known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
 from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, MUD_DRIVES, Answer, Array, Results, resolved_study
+from nsdrill.errors import count
 from nsdrill.models.registry import responses_in
-from nsdrill.models.responses import RESPONSES, STALLED
-from nsdrill.variables import OK, UNMEASURED
+from nsdrill.models.responses import RESPONSES, STALLED, Response
+from nsdrill.variables import OK, TRUST, UNMEASURED
 
 # What shows that a motion that may last was met and left: the response, and of whirl its kind.
 BOUNCE = "bit_bounce"
@@ -32,8 +34,7 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
     touches = np.zeros(results.shape, dtype=bool)
     for one in responses_in(results.attrs).values():
-        name = "" if one.severity is None else one.feature if one.share else one.severity.name
-        if name in results.variables:
+        if (name := _touched_by(one)) in results.variables:
             allowed = 0 if one.share else severity or 0
             with np.errstate(invalid="ignore"):
                 beyond = results[name] > allowed
@@ -45,6 +46,20 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
     ended = (known(results["status"]) | (results["status"] == UNMEASURED)) & ~after_failure(results)
     labels = np.where((labels == Label.UNKNOWN) & ended, Label.OPEN, labels)
     return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
+
+
+def _touched_by(response: Response) -> str:
+    """The variable that tells how near a run is to a response; "" of one without severities."""
+    if response.severity is None:
+        return ""
+    return response.feature if response.share else response.severity.name
+
+
+def used_by_labels(critical: Iterable[Response]) -> tuple[str, ...]:
+    """The variables that :func:`labels_of` uses of results with these responses, beside those of
+    :func:`nsdrill.analysis.safety.needed`."""
+    of_responses = [(_touched_by(one), one.kind.name if one.kind is not None else "") for one in critical]
+    return (*TRUST, *DECIDING, *(name for names in of_responses for name in names if name))
 
 
 def grades_of(results: Results, severity: int | None = None) -> Array:
@@ -110,6 +125,21 @@ def unsettled_runs(results: Results) -> Array:
         found |= results["settled"] == 0
     found |= driven_by_mud(results)[0]
     return np.asarray((results["status"] == OK) & found)
+
+
+def unsettled_in(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) a motion had not settled; empty
+    where in none."""
+    runs = int(np.count_nonzero(unsettled_runs(results)))
+    return {"runs": runs, "of": int(np.count_nonzero(results["status"] == OK))} if runs else {}
+
+
+def unsettled_words(found: Answer) -> str:
+    """What :func:`unsettled_in` has found, of shares of samples, in words."""
+    return (
+        f"in {found['runs']} of {count(found['of'], 'run')} a motion was still changing, or is chaotic; shares of what "
+        "still changes are those of a transient: lengthen simulation.transient until they stay"
+    )
 
 
 def driven_by_mud(results: Results) -> tuple[Array, Array]:

@@ -22,6 +22,7 @@ import numpy as np
 
 from nsdrill.analysis import safety
 from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, doubtful_fit, knowledge
+from nsdrill.analysis.grades import unsettled_in
 from nsdrill.analysis.planes import check_judged
 from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, effective_number, independent
 from nsdrill.analysis.safety import known_runs
@@ -242,6 +243,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "counted": counted,
         "effective": effective,
         "doubtful_fit": doubtful_fit(results.attrs),
+        "unsettled": unsettled_in(results),
         "design": design,
         "dependent": dependent,
         "ordered": ordered,

@@ -20,6 +20,7 @@ from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
 from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts, doubtful_fit, fit_words
+from nsdrill.analysis.grades import unsettled_in, unsettled_words
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Results, Trace, edited_words
 from nsdrill.errors import InputError, option
 from nsdrill.figures.kinds.branch_diagram import check_same_string, draw_branch_curves
@@ -180,6 +181,9 @@ class Drawing:
             entries.append(line_entry(told.partition(". ")[0], linestyle="none"))
         if isinstance(data, Results) and self.kind.name != "window" and (doubts := doubtful_fit(data.attrs)):
             entries.append(line_entry(f"DOUBTFUL FIT: {fit_words(doubts)}", linestyle="none"))
+        if isinstance(data, Results) and self.kind.name == "probability" and (found := unsettled_in(data)):
+            words = f"NOT SETTLED: {unsettled_words(found).partition(';')[0]}"
+            entries.append(line_entry(words, linestyle="none"))
         if isinstance(data, Trace) and data.attrs.get(NOT_CARRIED_RUN):
             entries.append(line_entry(NOT_CARRIED_WORDS.partition(", ")[0], linestyle="none"))
         if isinstance(data, Results) and (found := beyond(data)):

@@ -18,7 +18,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
 from nsdrill.analysis.counts import BEYOND
-from nsdrill.analysis.safety import DECIDING
+from nsdrill.analysis.grades import used_by_labels
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option, warn
 from nsdrill.models.choices import words_along
@@ -27,7 +27,7 @@ from nsdrill.models.numbers import CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.registry import import_modules, model_in, of_known_models
 from nsdrill.origin import Origin, check_new_name
 from nsdrill.records import dataclass
-from nsdrill.variables import SAMPLE, TRUST
+from nsdrill.variables import SAMPLE
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -252,7 +252,8 @@ def listing(names: Iterable[str], data: object = None) -> str:
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     """The variables of a sweep of this model that a picture of this kind is drawn from;
     nothing else has to be read."""
-    return ("status", "response", BEYOND, *TRUST, *DECIDING, *all_kinds()[kind].uses(model))
+    of_labels = used_by_labels(model.critical.values())
+    return ("status", "response", BEYOND, *of_labels, *all_kinds()[kind].uses(model))
 
 
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:

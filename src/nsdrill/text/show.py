@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from nsdrill.analysis.counts import beyond_words, open_words, turned_back_words
 from nsdrill.analysis.doubts import ALL
+from nsdrill.analysis.grades import unsettled_words
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
@@ -249,6 +250,8 @@ def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]
         )
         if any(map(open_words, history_rows)):
             yield "  Of the samples that are known; the intervals cover whatever the others would show."
+        if found := s["unsettled"]:
+            yield f"  NOT SETTLED: {unsettled_words(found)}."
         yield f"  {'':30s}" + "".join(f"{in_words(name, s['model']):>22s}" for name in names)
         most = len(history_rows) if everything else MAX_POINTS
         for row in evenly_spaced(history_rows, most):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.counts import fit_words, open_words
+from nsdrill.analysis.grades import unsettled_words
 from nsdrill.analysis.probability import safe_in_words, samples_text
 from nsdrill.data import Answer
 from nsdrill.errors import WITHOUT, count
@@ -27,6 +28,8 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
     if doubts := summary["doubtful_fit"]:
         yield f"  DOUBTFUL FIT: {fit_words(doubts)}"
+    if found := summary["unsettled"]:
+        yield f"  NOT SETTLED: {unsettled_words(found)}."
     if words := open_words(summary, "samples"):
         yield f"  {words}: means and indices are of the others, in brackets what they may be with these"
     if summary["histories"] > 1:

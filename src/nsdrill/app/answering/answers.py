@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 from nsdrill.analysis import sensitivity as indices
 from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.counts import of_scripts
+from nsdrill.analysis.grades import unsettled_in, used_by_labels
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
-from nsdrill.analysis.safety import DECIDING, needed, told_responses
+from nsdrill.analysis.safety import needed, told_responses
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early_ends import stick_slip_ends
 from nsdrill.app.answering.kept import kept
@@ -38,13 +39,13 @@ from nsdrill.data import (
 from nsdrill.errors import FileError, Refusal
 from nsdrill.late import deferred
 from nsdrill.models.in_force import in_force, thresholds_in
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, responses_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.write import changes
-from nsdrill.variables import MODEL, SAMPLE, TRUST
+from nsdrill.variables import MODEL, SAMPLE
 from nsdrill.words.answer import warnings, words_of, would_help
 
 with deferred():  # what compares two files, and what is kept of an answer before
@@ -108,12 +109,22 @@ def plain_contrast(found: Answer, units: str) -> Answer:
     return {**found, "windows": [plain_window(window, units) for window in found["windows"]]}
 
 
+def of_labels(attrs: Attributes) -> tuple[str, ...]:
+    """What the labels of runs are found of, in a file with these root attributes, where it is there."""
+    return used_by_labels(responses_in(attrs).values())
+
+
 def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:
     """The results with what a window is found of, where one drills only ``within`` some
     values; of a file only that is read."""
 
     def names(attrs: Attributes) -> tuple[str, ...]:
-        return (*(needed(severity, attrs) if severity is not None else ()), *USES, *TRUST, *of_scripts(attrs))
+        return (
+            *(needed(severity, attrs) if severity is not None else ()),
+            *USES,
+            *of_labels(attrs),
+            *of_scripts(attrs),
+        )
 
     results = sweep_in(source, "window", ("status", "response"), names)
     check_severity(results, severity, path_of(source))
@@ -214,9 +225,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    results = with_samples_counted(
-        sweep_in(source, "probability", needed(severity, attrs_of(source)), (*TRUST, *DECIDING))
-    )
+    results = with_samples_counted(sweep_in(source, "probability", needed(severity, attrs_of(source)), of_labels))
     check_severity(results, severity, path_of(source))
     estimates = probabilities_of(results, severity)
     low, high = estimates.interval
@@ -252,6 +261,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
         **axes,
     }
     attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total, "of": estimates.total}
+    attrs |= {"unsettled_runs": unsettled_in(results).get("runs", 0)}
     result = xarray.Dataset(data, coords, attrs)
     fixed = [name for name in ("history", *results.axes) if result.sizes[name] == 1]
     return result.squeeze(fixed).drop_vars(results.uncertain)
@@ -270,7 +280,7 @@ def results_for_sensitivity(
     only that is read."""
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
-    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), (*TRUST, *DECIDING))
+    results = sweep_in(source, "sensitivity", indices.needed(attrs_of(source), severity), of_labels)
     check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
     found = with_samples_counted(with_overrides(results))
     if not chosen:

@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.analysis.chains import chain_of
 from nsdrill.analysis.counts import STARTS, after_failure, beyond, known, of_scripts, turned_back, unknown_exponents
 from nsdrill.analysis.doubts import doubts_in
+from nsdrill.analysis.grades import unsettled_in
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
@@ -249,6 +250,7 @@ def _uncertain(results: Results) -> Answer:
         "effective": effective_number(results, independent(results)),
         "unknowns": unknowns,
         "probabilities": _probabilities(results) if judges(results) else [],
+        "unsettled": unsettled_in(results),
     }
 
 
