@@ -412,19 +412,20 @@ class Words:
             fast = "with the bit at rest at first"
         found, motion = self.advice.recover, self._motion(self.advice.slowly)
         end = "does not stop" if found is not None and found.outcome == Recovery.LASTS else "may not stop"
-        slowly = "Slowly" if self.is_cut else "Brought up slowly"
-        if self.carried == "wob":
+        slowly, is_weight = "Slowly" if self.is_cut else "Brought up slowly", self.carried == "wob"
+        if is_weight:
             slowly = "With the weight raised"
         elif not rate and self.carried == "rotary_speed":  # the weight is on while the speed is raised
             slowly = "Weight first,"
-        go, begun = f"Go to {self.setting()} {fast}; stay at {self.within()}.", self.begun()
+        go = f"Go to {self.setting()} {fast}; stay at {self.within()}."
+        begun = "" if is_weight and self.advice.from_first else self.begun()  # at every weight
         if not self.advice.slowly and self.advice.grade != Grade.FROM_START:
             return go
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
         if self.advice.slowly_at:
             there = self.advice.slowly_at
             where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
-            raised = "With the weight raised" if self.carried == "wob" else "Raised slowly"
+            raised = "With the weight raised" if is_weight else "Raised slowly"
             texts = [f"{go} {slowly}{begun} it {verb} at {where}." for verb in (verbs, "vibrates")]
             texts += [f"{go} Slowly{begun} it {verbs} at {where}."]
             brief = f"{raised}{begun}" if begun else f"{raised} within that"
@@ -436,9 +437,9 @@ class Words:
         joined = f"{slowly.removesuffix(',')}{begun}{',' if slowly.endswith(',') else ''}"
         return first_short(
             f"{go} {joined} it {verbs}; {motion} {end}.",
-            f"{go} Slowly{begun} it {verbs}; {motion} {end}.",
+            *([] if is_weight else [f"{go} Slowly{begun} it {verbs}; {motion} {end}."]),
             f"{go} {joined} it {verbs}.",
-            f"{go} Slowly{begun} it {verbs}.",
+            *([] if is_weight else [f"{go} Slowly{begun} it {verbs}."]),
         )
 
     def begun(self) -> str:
@@ -711,8 +712,8 @@ class Words:
             return f"{at} it is not drilled, as asked"
         if border.is_unsettled:
             return f"{at} a motion was still changing"
-        if border.is_on_wall:
-            return f"{at} off bottom the collar reaches the wall"
+        if border.is_on_wall and self.advice.way_in is not None:
+            return f"at {self.wall_range(self.advice.way_in)} off bottom the collar reaches the wall"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
         if border.is_jumped:
