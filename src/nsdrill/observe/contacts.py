@@ -293,10 +293,9 @@ def _repeat_step(
                     if not implicit:
                         tangent(s)
                     error = squared_error(s, 0)
-                    if not implicit:
-                        if has_jump and jumps(s, 0, h):
-                            error = np.inf
-                if not error <= 1.0 and part > SHORTEST:
+                    if not implicit and has_jump and jumps(s, 0, h):
+                        error = np.inf
+                if is_known and not error <= 1.0 and part > SHORTEST:
                     part *= 0.5
                 else:
                     is_known = is_known and error <= 1.0
@@ -313,7 +312,7 @@ def _repeat_step(
                             s[start + j] = s[stage + j]
                         for p in range(A):
                             s[slope_start + p] = s[slope + p]
-                    part = min(2.0 * part if error < LITTLE else part, end - theta)
+                    part = min(2.0 * part if error < LITTLE or not is_known else part, end - theta)
         if h > 0.0:
             for j in range(own, N):
                 b[(stage + j) * W + i] = s[stage + j] if is_known else np.nan
