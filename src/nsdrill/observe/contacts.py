@@ -25,7 +25,8 @@ with a great smoothing where the slip changes its sign, may lie between the stag
 stage sees it, so the deviation is smooth and its error small, although it is to be
 multiplied by what the equations on both sides say. The motion tells of it: its slopes
 jump, so that their embedded error is no small part of their change. Such a step is
-repeated as well, in parts that become short enough to resolve the layer.
+repeated as well, in parts that become short enough to resolve the layer: one of an
+explicit method, of a model without contacts.
 """
 
 from __future__ import annotations
@@ -346,7 +347,7 @@ def make_landing(
     if not contacts and rows.judged:
         return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
-    implicit = rows.implicit != 0
+    is_steep = not rows.implicit and not contacts  # where contacts change, slopes have kinks of their own
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
@@ -359,7 +360,7 @@ def make_landing(
         crossings, is_inexact, has_jump = find_zeros(b, s, i), False, False
         if watched:
             is_inexact = squared_error(b, i) > 1.0
-            if not implicit:
+            if is_steep:
                 has_jump = jumps(b, i, b[step_ + i])
         if crossings > 0 or is_inexact or has_jump or not b[step_ + i] > 0.0:
             repeat_step(b, s, i, crossings, has_jump)
@@ -379,7 +380,7 @@ def make_landing(
                 needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
             if watched:
                 needs_correction |= squared_error(b, i) > 1.0
-                if not implicit:
+                if is_steep:
                     needs_correction |= jumps(b, i, b[step_ + i])
             due |= (1 << i) if needs_correction and b[moves_ + i] != 0.0 else 0
         while due != 0:
