@@ -22,7 +22,7 @@ from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.kernel.settings import Simulation
 from nsdrill.late import deferred
-from nsdrill.models import cutting
+from nsdrill.models import cutting, friction
 from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.model_description import Description
@@ -281,6 +281,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
     found += [pulses(study) or None, _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
     found += of_scales(study)
+    found += [inexact_exponent(study) or None]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
         found += [
@@ -331,6 +332,26 @@ def of_scales(study: Study, points: Sequence[Values] = ()) -> list[str]:
             f"of a step in a trial, but by {min(small):.2g}. {ERRORS_ALONE}."
         )
     return found
+
+
+def inexact_exponent(study: Study) -> str:
+    """The warning of an exponent of a script's model with friction so steep that implicit
+    steps pass its slope; empty where there is none. Explicit ones resolve it."""
+    model = model_named(study.model.name)
+    if not isinstance(model, function_model.FunctionModel) or not study.record.exponent:
+        return ""
+    method = study.simulation.method
+    implicit = [at for at in _corners(study) if friction.implicit(method, study.model, at).any()]
+    steepest = [(steep, name) for at in implicit for name, steep in model.steepest(at).items()]
+    steep, name = max(steepest, default=(0.0, ""))
+    enough = friction.tolerance_of_exponent(study.simulation.rtol, steep)
+    if enough is None:
+        return ""
+    return (
+        f"Exponent: friction of {name} is so steep that an implicit step passes its slope where the slip changes its "
+        "sign. lyapunov_exponent may then be about that without friction, and lyapunov_error does not hold that. "
+        f"Set simulation.method: explicit, which resolves it, or simulation.rtol: {enough:.0e}."
+    )
 
 
 def _resting_pulses(study: Study) -> str:

@@ -19,12 +19,21 @@ string at rest) an explicit step is at its limit of stability, and a deviation t
 equations damp may grow from step to step. So a step with a deviation whose embedded
 error, relative to its length, is above DEVIATION_ERROR tolerances is repeated, too, in
 parts that are short enough.
+
+A slope that is steep within a layer thinner than a step, as the direction of a slip
+with a great smoothing where the slip changes its sign, may lie between the stages: no
+stage sees it, so the deviation is smooth and its error small, although it is to be
+multiplied by what the equations on both sides say. The motion tells of it: its slopes
+jump, so that their embedded error is no small part of their change. Such a step is
+repeated as well, in parts that become short enough to resolve the layer: one of an
+explicit method, of a model without contacts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 
@@ -40,6 +49,11 @@ NO_ZERO = 2.0  # a theta outside the step
 DEVIATION_ERROR = 30.0
 LITTLE = 2.0**-10  # squared, of parts that may be twice as long in a pair of order 5
 SHORTEST = 2.0**-20  # part of a step; if that is too long, the deviation is unknown
+# A slope jumps where its embedded error is above this share of its change, and of itself,
+# and not all too small a part of the tolerance, as what rounding leaves of a rest.
+OF_CHANGE = 0.5
+OF_SLOPE = 0.05
+OF_TOLERANCE = 1e-3
 
 
 def landing_rows(contacts: int) -> int:
@@ -161,6 +175,40 @@ def _error_of(lanes: int, rows: Layout, pair: Pair) -> Callable[..., float]:
     return squared_error
 
 
+def _jumps_in(lanes: int, rows: Layout, pair: Pair) -> Callable[..., bool]:
+    """The function ``jumps(b, i, h)`` of an explicit step of lane i, or of a part of one of
+    length ``h``: whether a slope of the motion jumps in it, by the constants above; it is
+    written out."""
+    W, slopes_ = lanes, tuple(lanes * row for row in (*slope_rows(pair, rows), rows.acceleration))
+    scale_, per_rtol_, weights = W * rows.scale, W * (rows.control + CONTROL.index("per_rtol")), pair.error
+    # A jump between two stages leaves at least so much of itself in the error.
+    left = min(abs(total) for total in accumulate(weights[:-1]) if abs(total) > 1e-9)
+    of_change, of_slope = OF_CHANGE * left, OF_SLOPE * left
+    parts = tuple(
+        (W * (state + order * k + order - 1), W * (slope + k))
+        for order, count, state, slope in rows.blocks
+        for k in range(count if state < rows.own else 0)
+    )
+
+    @inlined
+    def jumps(b, i, h):
+        found = False
+        for state, j in parts:
+            error = 0.0
+            for n in range(len(weights)):
+                error += weights[n] * b[slopes_[n] + j + i]
+            first, last = b[slopes_[0] + j + i], b[slopes_[-1] + j + i]
+            size, change, slope = abs(error), abs(last - first), max(abs(first), abs(last))
+            found |= (
+                (size > of_change * change)
+                & (size > of_slope * slope)
+                & (size * h * b[per_rtol_ + i] > OF_TOLERANCE * b[scale_ + state + i])
+            )
+        return found
+
+    return jumps
+
+
 def _find_zeros(lanes: int, rows: Layout, first: int, contacts: int) -> Callable[..., int]:
     """The function that writes the zeros of the contact functions in the step of lane
     i, by theta, and returns how many there are; it is written out."""
@@ -218,9 +266,10 @@ def _repeat_step(
         (rows.control, len(CONTROL)),
     )
     part_of_step, squared_error = _part_of_step(rows, pair, tangent), _error_of(1, rows, pair)
+    jumps = _jumps_in(1, rows, pair)
 
     @inlined
-    def repeat_step(b, s, i, crossings):
+    def repeat_step(b, s, i, crossings, has_jump):
         for row, count in copied:
             for j in range(count):
                 s[row + j] = b[(row + j) * W + i]
@@ -245,7 +294,9 @@ def _repeat_step(
                     if not implicit:
                         tangent(s)
                     error = squared_error(s, 0)
-                if not error <= 1.0 and part > SHORTEST:
+                    if not implicit and has_jump and jumps(s, 0, h):
+                        error = np.inf
+                if is_known and not error <= 1.0 and part > SHORTEST:
                     part *= 0.5
                 else:
                     is_known = is_known and error <= 1.0
@@ -262,7 +313,7 @@ def _repeat_step(
                             s[start + j] = s[stage + j]
                         for p in range(A):
                             s[slope_start + p] = s[slope + p]
-                    part = min(2.0 * part if error < LITTLE else part, end - theta)
+                    part = min(2.0 * part if error < LITTLE or not is_known else part, end - theta)
         if h > 0.0:
             for j in range(own, N):
                 b[(stage + j) * W + i] = s[stage + j] if is_known else np.nan
@@ -296,20 +347,23 @@ def make_landing(
     if not contacts and rows.judged:
         return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
+    is_steep = not rows.implicit and not contacts  # where contacts change, slopes have kinks of their own
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
     find_zeros = _find_zeros(lanes, rows, first, contacts)
     repeat_step = _repeat_step(lanes, rows, pair, first, tangent, contacts)
-    squared_error = _error_of(lanes, rows, pair)
+    squared_error, jumps = _error_of(lanes, rows, pair), _jumps_in(lanes, rows, pair)
 
     @compiled(BUFFER, BUFFER, INTEGER)
     def correct(b, s, i):
-        crossings, is_inexact = find_zeros(b, s, i), False
+        crossings, is_inexact, has_jump = find_zeros(b, s, i), False, False
         if watched:
             is_inexact = squared_error(b, i) > 1.0
-        if crossings > 0 or is_inexact or not b[step_ + i] > 0.0:
-            repeat_step(b, s, i, crossings)
+            if is_steep:
+                has_jump = jumps(b, i, b[step_ + i])
+        if crossings > 0 or is_inexact or has_jump or not b[step_ + i] > 0.0:
+            repeat_step(b, s, i, crossings, has_jump)
 
     @compiled(OBSERVER)
     def landing(b, store):
@@ -326,6 +380,8 @@ def make_landing(
                 needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
             if watched:
                 needs_correction |= squared_error(b, i) > 1.0
+                if is_steep:
+                    needs_correction |= jumps(b, i, b[step_ + i])
             due |= (1 << i) if needs_correction and b[moves_ + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)

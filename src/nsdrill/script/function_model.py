@@ -93,6 +93,18 @@ class FunctionModel(Model[ModelParameters]):
         reached = trial.last if self.reading.forcing is not None else trial.greatest
         return dict(zip(start, reached.tolist(), strict=True))
 
+    def steepest(self, points: Values[ModelParameters]) -> dict[str, float]:
+        """The smoothing of each friction times the natural scale of its slip."""
+        reading, numbers, found = self.reading, {**self.numbers(points), CLOCK: self.slowest}, {}
+        rest = dict.fromkeys(reading.states, 0.0)
+        for name, contact in reading.rubs.items():
+            wanted = {"slip": reading.graph.node(contact.slips[0]), "by": reading.graph.node(contact.numbers.smoothing)}
+            at_rest = plain.values(wanted, reading.given(rest, numbers))
+            moved = [plain.values(wanted, reading.given({**rest, one: self.scale[one]}, numbers)) for one in rest]
+            scale = sum(float(np.max(np.abs(one["slip"] - at_rest["slip"]))) for one in moved)
+            found[name] = scale * float(np.max(at_rest["by"]))
+        return found
+
     @cached_property
     def sizes(self) -> dict[str, float]:
         """The natural scale of each quantity that the script measures: a tenth of its

@@ -311,12 +311,6 @@ def _unloaded(corners: list[Values]) -> str | None:
     )
 
 
-# Natural scales of the bit speed times the tolerance, over the width of friction at rest: from
-# 10^-4 on, with 150 and 500 s/rad, the exponent of a cycle was found 0.005 to 0.04 1/s too low,
-# up to 3 10^-5, with 50 to 500 s/rad, 0.001 1/s.
-MOST_INEXACT = 6e-5
-
-
 def _inexact_exponents(study: Any, corners: list[Values]) -> str | None:
     """The warning of exponents of a bit under steep torques, whose deviation the implicit
     steps do not follow as closely as its motion."""
@@ -330,9 +324,9 @@ def _inexact_exponents(study: Any, corners: list[Values]) -> str | None:
         ),
         default=0.0,
     )
-    if study.simulation.rtol * steepest <= MOST_INEXACT:
+    enough = friction.tolerance_of_exponent(study.simulation.rtol, steepest)
+    if enough is None:
         return None
-    enough = 10.0 ** math.floor(math.log10(MOST_INEXACT / steepest))
     return (
         "Exponent: where the bit breaks loose from friction as steep as bit.friction.smoothing has it, implicit steps "
         "of this tolerance make the deviation too small. lyapunov_exponent comes out too low, by some 0.02 1/s where "

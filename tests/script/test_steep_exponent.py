@@ -1,0 +1,56 @@
+"""The exponent of an oscillator with friction steeper than its steps see."""
+
+import numpy as np
+import pytest
+
+import nsdrill
+
+# A mass on a spring under a force, which dry friction brakes and never holds: the slip
+# changes its sign at once, where a deviation of the speed is multiplied by the quotient of
+# the accelerations after and before.
+CROSSING = """@nsdrill.model
+def steep(t, x=0.1, v=0.0, *, smoothing=1e5):
+    rub = nsdrill.friction("floor", slip=v, normal=0.1, static=1.0, smoothing=smoothing)
+    return v, np.cos(1.3 * t) - x - 0.02 * v - rub
+
+
+@nsdrill.model
+def by_hand(t, x=0.1, v=0.0, *, smoothing=1e5):
+    return v, np.cos(1.3 * t) - x - 0.02 * v - 0.1 * np.tanh(smoothing * v)
+"""
+# Of the two multiplied quantities, with LSODA between the zeros of v (rtol 1e-11), over the
+# same time and by the same weights; without the quotients it is -0.02 / 2.
+TRUE = -0.02717
+
+
+def run(model, **given):
+    return nsdrill.run(model.study(transient=200, observe=400, exponent=True, **given), progress=False)
+
+
+@pytest.mark.parametrize(("name", "smoothing"), [("steep", 1e5), ("steep", 1e7), ("by_hand", 1e7)])
+def test_an_explicit_step_resolves_a_slope_between_its_stages(script, name, smoothing):
+    module = script(CROSSING, f"{name}_{smoothing:.0f}")
+    found = run(getattr(module, name), smoothing=smoothing, method="explicit")
+    assert found.lyapunov_exponent.item() == pytest.approx(TRUE, abs=3e-4)
+
+
+def test_the_motion_is_that_without_the_exponent(script):
+    model, given = script(CROSSING, "same_motion").by_hand, {"smoothing": 1e7, "transient": 20, "observe": 40}
+    with_one, without = (
+        nsdrill.run(model.study(exponent=one, **given), progress=False).final_state for one in (True, False)
+    )
+    assert np.array_equal(with_one, without)
+
+
+def told(study):
+    return [one for one in nsdrill.check(study).warnings if one.startswith("Exponent:")]
+
+
+def test_implicit_steps_that_pass_the_slope_are_told_of(script):
+    model = script(CROSSING, "told_of").steep
+    (warning,) = told(model.study(exponent=True, smoothing=1e6))
+    assert "friction of floor" in warning
+    assert "simulation.method: explicit" in warning
+    assert not told(model.study(smoothing=1e6))
+    assert not told(model.study(exponent=True, smoothing=1e6, method="explicit"))
+    assert not told(model.study(exponent=True, smoothing=1e6, rtol=1e-11))
