@@ -227,7 +227,8 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.....w",
             None,
-            " above the setting: lower to 100 rpm, and not to 70 rpm, where it sticks; the way down was free there. If any",
+            " above the setting: lower to 100 rpm, and not to 80 rpm, where it sticks; the way down was free there. "
+            "If any",
         ),
         (
             "s.wwwww",
