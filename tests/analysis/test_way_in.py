@@ -233,14 +233,14 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
-            "come in again as above. If any",
+            ": lower to 80 rpm, though that is below the limits, and not to 70 rpm, where it sticks; the way down was "
+            "free there. Then pick up and come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits; the way down was free from there. Then pick up and "
-            "come in again as above: stick-slip, once started, may last to 82 rpm. If any",
+            ": lower to 80 rpm, though that is below the limits, and not to 70 rpm, where it sticks; the way down was "
+            "free there. Then pick up and come in again as above: stick-slip, once started, may last to 82 rpm. If any",
         ),
     ],
 )

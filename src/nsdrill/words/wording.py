@@ -435,11 +435,14 @@ class Words:
             bad = sum(one.outcome.is_bad for one in tried)
             return f"{go} In {bad} of {len(tried)} ways in it {verbs}; {motion} {end}." if bad else go
         joined = f"{slowly.removesuffix(',')}{begun}{',' if slowly.endswith(',') else ''}"
+        whole = f"{go} {joined} it {verbs}; {motion} {end}."
+        if is_weight:
+            return whole
         return first_short(
-            f"{go} {joined} it {verbs}; {motion} {end}.",
-            *([] if is_weight else [f"{go} Slowly{begun} it {verbs}; {motion} {end}."]),
+            whole,
+            f"{go} Slowly{begun} it {verbs}; {motion} {end}.",
             f"{go} {joined} it {verbs}.",
-            *([] if is_weight else [f"{go} Slowly{begun} it {verbs}."]),
+            f"{go} Slowly{begun} it {verbs}.",
         )
 
     def begun(self) -> str:
