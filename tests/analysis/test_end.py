@@ -217,3 +217,17 @@ def test_a_model_tells_by_weight_where_a_bounce_may_last():
         assert found["by_weight"] == []
     assert [row["rotary_speed"] for row in one["by_weight"]] == alone
     assert len(set(alone)) > 1
+
+
+def test_of_very_many_weights_some_are_told():
+    """A study of ten thousand weights is checked as fast as one of a few hundred; at the weights between, the
+    least speed of all counts."""
+    text = "bit: {surface_amplitude: 2 mm}\nsweep: {wob: {from: 1 kN, to: 40 kN, points: %d}}\n"
+    found = [
+        next(one for one in lasting_motions(parse_study(text % points)) if one["name"] == "lobe_resonance")
+        for points in (200, 10_000)
+    ]
+    assert [len(one["by_weight"]) for one in found] == [200, 256]
+    ends = [[one["by_weight"][place] for place in (0, -1)] for one in found]
+    assert ends[0] == ends[1]
+    assert found[1]["lasts"] == pytest.approx(found[0]["lasts"], rel=0.02)

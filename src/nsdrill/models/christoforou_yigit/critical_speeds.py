@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import evenly_spaced
 from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
@@ -156,6 +157,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     return found
 
 
+MOST_WEIGHTS = 256  # at which it is found; it takes some 7 ms
+
+
 def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """Those of :func:`lasting_motions` that begin at a critical speed."""
     points = [Corner(each) for each in corners]
@@ -276,13 +280,14 @@ def _lasts(name: str, corner: Corner) -> float | None:
 
 def _by_weight(study: Any, name: str, points: list[Corner]) -> list[dict[str, float | None]]:
     """At each weight of the sweep the least speed over all other ends above which a motion may
-    last: a bounce lasts at a light weight where it does not at a heavy one."""
+    last: a bounce lasts at a light weight where it does not at a heavy one. Of very many weights
+    some are told; at the others it may last above the least speed of all."""
     weights = study.axes.get("wob", ())
     if len(weights) < 2:
         return []
     others = [one for one in points if one.operation.wob == points[0].operation.wob]
     found: list[dict[str, float | None]] = []
-    for wob in map(float, weights):
+    for wob in map(float, evenly_spaced(weights, MOST_WEIGHTS)):
         here = [Corner(replace(one.values, operation=(one.operation.depth, wob, one.speed))) for one in others]
         speeds = [speed for one in here if (speed := _lasts(name, one)) is not None]
         found.append({"wob": wob, "rotary_speed": min(speeds, default=None)})
