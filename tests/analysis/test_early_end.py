@@ -52,7 +52,7 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
 @pytest.mark.parametrize(
     ("lobes", "begins", "says", "never"),
     [
-        (1, "The lobe of a PDC bit, 1 mm high", "0 mm shows it", "roller cone"),
+        (1, "The lobe of a PDC bit, 1 mm high", "a height of zero shows it", "roller cone"),
         (2, "The 2 lobes, 1 mm high", "the lowest that you expect", "roller cone"),
         (3, "The 3 lobes of a roller cone, 1 mm high", "the lowest that you expect", "PDC"),
     ],

@@ -288,7 +288,7 @@ def test_there_is_no_sentence_and_no_rate_unless_asked_for(both):
     figure = figures.draw(both, "window")
     assert figure.get_suptitle() == "Speed sweep, state carried, 5000 m", "in one line"
     [told] = artists(figure, "warnings")
-    assert told.get_text() == "; ".join(headlines(find_window(both), "si"))
+    assert told.get_text() == "; ".join(["BEFORE TRIALS", *headlines(find_window(both), "si")])
     assert told.get_text().isupper()
     assert not artists(figure, "equal")
     sent = figures.draw(both, "window", text=True, rates=True)
@@ -331,7 +331,7 @@ def test_the_answer_and_its_warnings_are_in_the_picture_with_text(both):
     [brief] = artists(figures.draw(alone, "window"), "warnings")
     assert {"THE SWEEP BEGINS", "HISTORY WAS NOT EXAMINED"} <= set(brief.get_text().split("; "))
     sent = figures.draw(alone, "window", text=True)
-    assert artists(sent, "warnings")[0].get_text().startswith("THE SWEEP BEGINS at 1 rad/s")
+    assert artists(sent, "warnings")[0].get_text().split("\n")[1].startswith("THE SWEEP BEGINS at 1 rad/s")
     assert answer(find_window(alone), "si").replace(" ", "") in sent.get_suptitle().replace("\n", "").replace(" ", "")
     [axes] = maps(sent)
     assert artists(axes, "recommended")[0].get_markerfacecolor() == "white", "a hint"

@@ -54,3 +54,11 @@ def test_implicit_steps_that_pass_the_slope_are_told_of(script):
     assert not told(model.study(smoothing=1e6))
     assert not told(model.study(exponent=True, smoothing=1e6, method="explicit"))
     assert not told(model.study(exponent=True, smoothing=1e6, rtol=1e-11))
+
+
+def test_what_is_shown_of_such_runs_says_so(script):
+    model = script(CROSSING, "shown_of").steep
+    short = {"transient": 5, "observe": 10, "exponent": True}
+    shown = nsdrill.show(nsdrill.run(model.study(smoothing=1e6, **short), progress=False))
+    assert "EXPONENTS MAY BE WRONG" in shown
+    assert "EXPONENTS" not in nsdrill.show(nsdrill.run(model.study(smoothing=10.0, **short), progress=False))

@@ -26,7 +26,7 @@ from nsdrill.models import cutting, friction
 from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.model_description import Description
-from nsdrill.models.numbers import LATE, LOOSE, PULSE, TOO_SHORT, begins_late, few_peaks, few_periods
+from nsdrill.models.numbers import LATE, LOOSE, NOT_EXACT, PULSE, TOO_SHORT, begins_late, few_peaks, few_periods
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
@@ -348,9 +348,9 @@ def inexact_exponent(study: Study) -> str:
     if enough is None:
         return ""
     return (
-        f"Exponent: friction of {name} is so steep that an implicit step passes its slope where the slip changes its "
+        f"{NOT_EXACT} friction of {name} is so steep that an implicit step passes its slope where the slip changes its "
         "sign. lyapunov_exponent may then be about that without friction, and lyapunov_error does not hold that. "
-        f"Set simulation.method: explicit, which resolves it, or simulation.rtol: {enough:.0e}."
+        f"Set simulation.method: explicit, which sees that slope, or simulation.rtol: {enough:.0e}."
     )
 
 

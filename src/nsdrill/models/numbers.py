@@ -27,6 +27,7 @@ LUMPED = "Lumped:"  # how that of a lumped string that is far from its first sta
 PULSE = "Pulse:"  # how that of pulses which steps may jump over begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
 FEW_PEAKS = "Few peaks:"  # how that of too few recorded peaks begins
+NOT_EXACT = "Exponent:"  # likewise of exponents that steps make wrong
 TOO_SHORT = "Short:"  # how the warnings of a short observation begin
 LATE = "control of the drive begins at"  # what follows where it begins too late
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
