@@ -378,3 +378,26 @@ def test_the_chart_of_drives_has_that_of_a_script(script, model, tmp_path):
     (line,) = [one for one in figure.axes[0].lines if one.get_gid() == "unwinding"]
     assert "this study" in line.get_label()
     assert 0.0 < np.max(line.get_ydata()) <= 1.05
+
+
+def test_a_drive_that_settles_at_half_its_speed_is_told_of_after_the_run_and_in_what_is_shown(script):
+    """By its own law, which no warning of a check need precede in Python."""
+    script(
+        """
+@nsdrill.drive
+def half(drive_speed, set_speed, held=0.0, *, kp=1000.0, ki=500.0):
+    off = drive_speed - 0.5 * set_speed
+    return -kp * off - ki * held, off
+""",
+        "half_speed",
+    )
+    study = {
+        "model": "torsion",
+        "operation": {"depth": "2000 m", "wob": "10 kN", "rotary_speed": "10 rad/s"},
+        "simulation": {"transient": "600 s", "observe": "60 s"},
+        "drive": {"kind": "half"},
+    }
+    with pytest.warns(nsdrill.RunWarning, match="DRIVE SLOWER than it is set: in 1 of 1 run"):
+        data = nsdrill.run(study, progress=False)
+    assert data.drive_speed_mean.item() == pytest.approx(5.0, rel=1e-2)
+    assert "50% of it at least" in nsdrill.show(data)

@@ -250,3 +250,10 @@ def test_the_exponent_of_a_law_that_jumps_is_refused_with_its_line(script, model
             ask({**study, "bit": {"friction": {"law": "step"}}})
     data = nsdrill.run({**study, "bit": {"friction": {"law": "ramp"}}}, progress=False)
     assert np.isfinite(data.lyapunov_exponent.item())
+
+
+def test_a_bound_that_forgets_a_number_of_the_law_is_found(script):
+    """At its default it holds; at a tenth of it the law falls ten times as steeply."""
+    script(WIDE.format(0.5).replace("n.rise / n.width", "n.rise / 0.3").replace("wide", "forgetful"), "forgetful")
+    with pytest.raises(AssertionError, match="FAIL  fall above its bound"):
+        check_law("forgetful")

@@ -356,15 +356,24 @@ def off_speed(results: Results) -> Array:
     or after a stall, it is too fast until it has given back the turns that it lagged, which
     may take longer than any run. A drive that droops settles. Bool on the grid; nowhere in
     results that do not say."""
-    drawn = results.uncertain.get("rotary_speed")
-    is_there = TOP_SPEED in results.variables and (drawn is not None or "rotary_speed" in results.grid)
-    if not is_there:
+    ratios = _top_speeds(results)
+    if ratios is None:
         return np.zeros(results.shape, dtype=bool)
+    settled = results["settled"] if "settled" in results.variables else np.ones(results.shape)
+    return np.asarray(is_off_speed(ratios, np.ones(1), settled) & (results["status"] == OK))
+
+
+def _top_speeds(results: Results) -> Array | None:
+    """The mean speeds of the drive over the set speeds, on the grid; None of results that do not
+    say."""
+    drawn = results.uncertain.get("rotary_speed")
+    if TOP_SPEED not in results.variables or (drawn is None and "rotary_speed" not in results.grid):
+        return None
     speeds = np.asarray(results.coords["rotary_speed"] if drawn is None else drawn, float)
     place = results.grid.index("rotary_speed" if drawn is None else SAMPLE)
     set_speed = along_axis(speeds, place, len(results.shape))
-    settled = results["settled"] if "settled" in results.variables else np.ones(results.shape)
-    return np.asarray(is_off_speed(results[TOP_SPEED], set_speed, settled) & (results["status"] == OK))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(results[TOP_SPEED] / set_speed)
 
 
 def is_off_speed(top_speed: Array, set_speed: Array, settled: Array) -> Array:
@@ -397,6 +406,27 @@ def off_speed_words(found: Answer) -> str:
         "under an overload, and after it, or after a stall, gives back the turns that it lagged. What such a run shows "
         "is not what its setting does, and where it shows no response it is not known. Run with a longer "
         "simulation.transient, or stop the rotation before a change of setting (sweep.procedure: up or same)"
+    )
+
+
+def runs_slower(results: Results) -> Answer:
+    """In how many (``runs``) of the runs that ended well (``of``) the drive keeps a mean speed that
+    is slower than the set speed by more than :data:`OFF_SPEED` of it, and the least of these as a
+    ``share`` of it; empty where in none. Those that are off their speed are not among them."""
+    ratios = _top_speeds(results)
+    if ratios is None:
+        return {}
+    slow = (ratios < 1 - OFF_SPEED) & (np.asarray(results["status"]) == OK) & ~off_speed(results)
+    ended = int(np.count_nonzero(np.asarray(results["status"]) == OK))
+    return {"runs": int(slow.sum()), "of": ended, "share": float(ratios[slow].min())} if slow.any() else {}
+
+
+def slower_words(found: Answer) -> str:
+    """What :func:`runs_slower` has found, in words."""
+    return (
+        f"in {found['runs']} of {count(found['of'], 'run')} the drive keeps a speed that is slower than it is set by "
+        f"more than {OFF_SPEED:.0%}, {found['share']:.0%} of it at least: the speeds in answers and pictures are those "
+        "that are set"
     )
 
 

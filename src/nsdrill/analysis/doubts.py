@@ -23,6 +23,8 @@ from nsdrill.analysis.counts import (
     outrun,
     outrun_words,
     runs_off_speed,
+    runs_slower,
+    slower_words,
     too_small,
     too_small_words,
     turned_back,
@@ -53,6 +55,7 @@ class Doubt:
 
 OF_RUNS = (
     Doubt("off_speed", "OFF SPEED", "", runs_off_speed, off_speed_words),
+    Doubt("slower", "DRIVE SLOWER", "than it is set", runs_slower, slower_words),
     Doubt("unstable_motion", "AN UNSTABLE MOTION", "", runs_unstable, unstable_words),
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
@@ -78,9 +81,10 @@ def doubts_in(results: Results) -> dict[str, Any]:
 
 
 def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
-    """A sentence for each that is ``found``, of :func:`doubts_in`, its heading in capitals."""
+    """A sentence for each that is ``found``, of :func:`doubts_in`, its heading in capitals; of a
+    drive that is slower than it is set an answer tells at its setting."""
     for one in ALL:
-        if found[one.key]:
+        if found[one.key] and one.key != "slower":
             yield f"{one.heading.upper()}: {one.words(found[one.key])}."
 
 
