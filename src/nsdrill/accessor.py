@@ -16,7 +16,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
 from nsdrill.analysis.planes import UNJUDGED
-from nsdrill.analysis.unstable import FOLLOWED, is_unstable
+from nsdrill.analysis.unstable import FOLLOWED, is_unstable, observed_for
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -272,9 +272,8 @@ class Accessor:
         status = self._status()
         if any(name not in self._data for name in FOLLOWED):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
-        observe = float(resolved_study(self._data.attrs)["simulation"]["observe"])
         motion, exponent, error = (self._data[name].transpose(*status.dims).values for name in FOLLOWED)
-        found = is_unstable(motion, exponent, error, observe)
+        found = is_unstable(motion, exponent, error, observed_for(self._data.attrs))
         return status.copy(data=found) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:

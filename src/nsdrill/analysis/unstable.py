@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from nsdrill.analysis.counts import EXPONENT
-from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.data import Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.variables import EQUILIBRIUM, OK, PERIODIC
 
@@ -24,9 +24,16 @@ def unstable(results: Results) -> Array:
     the observation, tenfold at least: bool on the grid. Nowhere in results without exponents."""
     if any(name not in results.variables for name in FOLLOWED):
         return np.zeros(results.shape, dtype=bool)
-    observe = float(resolved_study(results.attrs)["simulation"]["observe"])
     motion, exponent, error = (np.asarray(results[name]) for name in FOLLOWED)
-    return (np.asarray(results["status"]) == OK) & is_unstable(motion, exponent, error, observe)
+    found = is_unstable(motion, exponent, error, observed_for(results.attrs))
+    return np.asarray((np.asarray(results["status"]) == OK) & found)
+
+
+def observed_for(attrs: Attributes) -> float:
+    """How long motions were observed in results with these root attributes [s]; 0 where they do not
+    say."""
+    simulation = resolved_study(attrs).get("simulation", {})
+    return float(simulation.get("observe", 0.0))
 
 
 def is_unstable(motion: Array, exponent: Array, error: Array, observe: float) -> Array:
