@@ -270,9 +270,10 @@ class Accessor:
     def _is_unstable(self) -> DataArray:
         """Where the motion is one that the slightest disturbance leaves, likewise."""
         status = self._status()
-        if any(name not in self._data for name in FOLLOWED):
+        simulation = resolved_study(self._data.attrs).get("simulation")
+        if simulation is None or any(name not in self._data for name in FOLLOWED):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
-        observe = float(resolved_study(self._data.attrs)["simulation"]["observe"])
+        observe = float(simulation["observe"])
         motion, exponent, error = (self._data[name].transpose(*status.dims).values for name in FOLLOWED)
         found = is_unstable(motion, exponent, error, observe)
         return status.copy(data=found) & (status == OK)

@@ -22,9 +22,10 @@ LEAST_GROWTH = math.log(10.0)  # of a deviation over the observation
 def unstable(results: Results) -> Array:
     """Which of the runs that ended well rest or repeat, while a deviation from them grew over
     the observation, tenfold at least: bool on the grid. Nowhere in results without exponents."""
-    if any(name not in results.variables for name in FOLLOWED):
+    simulation = resolved_study(results.attrs).get("simulation")
+    if simulation is None or any(name not in results.variables for name in FOLLOWED):
         return np.zeros(results.shape, dtype=bool)
-    observe = float(resolved_study(results.attrs)["simulation"]["observe"])
+    observe = float(simulation["observe"])
     motion, exponent, error = (np.asarray(results[name]) for name in FOLLOWED)
     return (np.asarray(results["status"]) == OK) & is_unstable(motion, exponent, error, observe)
 
