@@ -572,8 +572,10 @@ def _why_unknown(maps: Classes, cell: Cell) -> str:
         return "failed"
     if maps.counts.pending[cell]:
         return "pending"
-    if planes_of(results, maps.x, maps.y, maps.third)(after_failure(results))[cell].any():
-        return "failed" if has_failed(results["status"]).any() else "pending"
+    follows = planes_of(results, maps.x, maps.y, maps.third)(after_failure(results))[cell].any()
+    if follows or maps.counts.known[cell] == maps.counts.of[cell]:  # its history decides
+        failed, pending = has_failed(results["status"]).any(), (results["status"] == PENDING).any()
+        return "failed" if failed else "pending" if pending else "open"
     return "open"
 
 
