@@ -63,7 +63,9 @@ def test_the_line_surrounds_the_window_at_the_confidence(both):
         line = artists(figure, "confidence")[0]
         assert len(line.get_segments()) == borders
         label = f"allowed with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"
-        assert legend_words(figure) == ([label] if inside.any() else [])
+        doubts = [one for one in legend_words(figure) if one.startswith("NOT SETTLED")]
+        assert len(doubts) == 1, "most of these runs are short"
+        assert legend_words(figure) == ([label] if inside.any() else []) + doubts
 
 
 def test_along_an_axis_the_bands_are_the_intervals(both):

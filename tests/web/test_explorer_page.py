@@ -81,7 +81,8 @@ def test_a_map_opens_on_its_window(page, files):
         assert told.locator("p").inner_text() == found["answer"]["sentence"]
         names = told.locator("summary").inner_text().split(" · ")
         texts = found["answer"]["warnings"]
-        assert len(names) == len(texts) > 0
+        assert names[0] == "BEFORE TRIALS"
+        assert len(names) == 1 + len(texts) > 1
         assert all(re.match(rf"{one}[: ]", text) and one.isupper() for one, text in zip(names, texts, strict=True))
         told.locator("summary").click()
         assert told.locator("details li").all_inner_texts() == texts
