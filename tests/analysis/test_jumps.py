@@ -139,9 +139,9 @@ def test_a_start_at_the_point_needs_no_way_through():
     [
         ("...", "...", "Bring up to 10 klbf and 80 rpm from below"),
         ("www", "w...", "Go to 10 klbf and 80 rpm speed first, 1 to 20 rpm/s"),
-        ("www", "w..", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. 2 of 6 ways in ended free"),
-        ("www", "www", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
-        ("xxx", "xxx", "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. None of 6 ways in ended free"),
+        ("www", "w..", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, 2 of 6 ways in ended free"),
+        ("www", "www", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free"),
+        ("xxx", "xxx", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free"),
     ],
 )
 def test_trials_confirm_or_withdraw(weight, speed, begins):
@@ -149,7 +149,7 @@ def test_trials_confirm_or_withdraw(weight, speed, begins):
     tried = {**window, "answer": confirmed(window["answer"], trials(weight, speed))}
     assert words_of(tried, "field").sentence().startswith(begins)
     came = "Trials went through them at the weight of the setting only."
-    assert any(came in one for one in warnings(tried, "field")) == (not begins.startswith("Hint"))
+    assert any(came in one for one in warnings(tried, "field")) == (not begins.startswith("No setting"))
 
 
 def test_interrupted_trials_without_an_end_leave_the_hint():
