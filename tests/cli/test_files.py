@@ -17,6 +17,7 @@ import xarray
 from ruamel.yaml import YAML
 
 import nsdrill
+from nsdrill.analysis.safety import known_runs
 from nsdrill.app import citing
 from nsdrill.figures import kinds_for
 from nsdrill.models.registry import NAMES
@@ -226,11 +227,13 @@ def test_export_csv(call, shared):
     with open("out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 16
-    for row, status, least in zip(rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True):
+    columns = (results["status"], known_runs(results), results["bit_speed_min"])
+    for row, status, is_known, least in zip(rows, *(one.ravel() for one in columns), strict=True):
         assert row["status"] == str(status)
         assert row["status_words"] == {1: "ok", 3: "step_limit"}[int(status)]
-        for label in ("response", "whirl_kind", "settled"):
-            assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
+        assert (row["settled_words"] == "unknown") == (status != 1), "a failed run has no label"
+        for label in ("response", "whirl_kind"):
+            assert (row[f"{label}_words"] == "unknown") == (not is_known), "nor has one after it in its chain"
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
     assert "final_state_twist [rad]" in rows[0]
