@@ -8,7 +8,6 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.unstable import is_unstable
-from nsdrill.models.registry import forget_known
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, PERIODIC
 
 DAMPING = 0.1
@@ -31,8 +30,7 @@ def upright():
     ):
         return v, force * np.cos(1.2 * t) - 0.2 * v - x, w, np.sin(q) - damping * w
 
-    yield upright
-    forget_known()
+    return upright
 
 
 def study(model, **values):

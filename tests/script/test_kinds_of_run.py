@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from analysis.grids import grid
 from figures.seen import legend_words
 
 import nsdrill
@@ -26,8 +27,6 @@ from nsdrill.web.diagrams import diagram
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words
 from nsdrill.words.answer import obstacle_words, words_of
-
-from .grids import grid
 
 pytestmark = [
     pytest.mark.usefixtures("words_only"),
