@@ -44,7 +44,7 @@ def compare_law(name: str, report: Report) -> None:
     for numbers in ({}, *ends):
         here = own | numbers
         steepest = float(law.steepest_fall(Named(**USUAL._asdict(), **here)))
-        sharp = values(law, "coefficient", speeds, USUAL._replace(smoothing=SMOOTHEST), here)
-        found = float(np.max(-np.gradient(np.asarray(sharp, float) + np.zeros(len(speeds)), speeds)))
+        falling = np.asarray(values(law, "coefficient", speeds, USUAL._replace(smoothing=SMOOTHEST), here), float)
+        found = float(np.max(-np.gradient(falling + np.zeros(len(speeds)), speeds)))
         above.append((found - steepest - 1e-6) / max(steepest, 1e-9))
     report.add("fall above its bound", max(above), 1e-3)
