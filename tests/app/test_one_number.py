@@ -20,7 +20,7 @@ def test_every_room_writes_the_same_digits(name, units):
         assert pictures.value(value) == text
         assert shown.value_text(pictures, float(value)) == text
         window = answer.Formatter(units).value(name, float(value)).partition(" (")[0]  # the speed in rpm follows
-        if units == "field" and name in ("wob", "rotary_speed"):  # as a driller sets it
+        if name in ("wob", "rotary_speed"):  # as a driller sets it
             (number, unit), (whole, other) = window.split(), text.split()
             assert unit == other
             assert abs(float(number) - float(whole)) <= 0.055
