@@ -415,5 +415,5 @@ def test_the_watched_place_is_the_station_nearest_to_the_middle():
     trace = simulate(of, duration=1.0, sample=0.1).trace
     state = states(trace, of)
     assert trace["x"] == pytest.approx(at_place(of.parameters, state, 0.45)["x"], abs=1e-15)
-    values = of_string(points(of), 0.5)
+    values = of_string(points(of), Thresholds())
     assert values["watched_1"] == pytest.approx(math.sin(0.45 * math.pi), rel=1e-14)
