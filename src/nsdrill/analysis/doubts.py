@@ -46,6 +46,8 @@ class Doubt:
     rest: str
     find: Callable[[Results], Any]
     words: Callable[[Any], str]
+    in_answers: bool = True
+    """Whether an answer tells it: not where it says more at its setting."""
 
     @property
     def heading(self) -> str:
@@ -55,7 +57,7 @@ class Doubt:
 
 OF_RUNS = (
     Doubt("off_speed", "OFF SPEED", "", runs_off_speed, off_speed_words),
-    Doubt("slower", "DRIVE SLOWER", "than it is set", runs_slower, slower_words),
+    Doubt("slower", "DRIVE SLOWER", "than it is set", runs_slower, slower_words, in_answers=False),
     Doubt("unstable_motion", "AN UNSTABLE MOTION", "", runs_unstable, unstable_words),
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
@@ -81,10 +83,10 @@ def doubts_in(results: Results) -> dict[str, Any]:
 
 
 def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
-    """A sentence for each that is ``found``, of :func:`doubts_in`, its heading in capitals; of a
-    drive that is slower than it is set an answer tells at its setting."""
+    """A sentence for each that is ``found``, of :func:`doubts_in`, and that answers tell, its heading
+    in capitals."""
     for one in ALL:
-        if found[one.key] and one.key != "slower":
+        if found[one.key] and one.in_answers:
             yield f"{one.heading.upper()}: {one.words(found[one.key])}."
 
 

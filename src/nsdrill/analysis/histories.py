@@ -48,8 +48,8 @@ class Grade(IntEnum):
     ONLY_FROM_ABOVE = 3
     BORDERLINE = 4
     STICKS_ON = 5
-    """Free on the way up, but stick-slip was met below, and lasts here once it is there: a
-    step of the sweep may have ended it."""
+    """Free, brought up or lowered from above, but stick-slip was met below, or begins by itself, and
+    lasts here once it is there: a step of the sweep may have ended it."""
     FROM_SOME = 6
     """Free from some of many starts, and not from others: which of them a string resembles is not
     known."""
