@@ -159,14 +159,12 @@ def test_files_and_the_machine_are_refused_through_any_library(script, tmp_path,
         script(head + OF_DAY["model"].format(f"{read} * x"), "outside")
 
 
-def test_an_import_and_the_environment_are_no_file_that_is_read(script, monkeypatch):
-    """What stands in the environment is read again where it changes."""
-    monkeypatch.setenv("HELD_HERE", "2.0")
+def test_an_import_is_no_file_that_is_read(script, monkeypatch):
     monkeypatch.delitem(sys.modules, "colorsys", raising=False)
     text = (
         "import os\nimport warnings\n\n\n@nsdrill.model\ndef m(x=0.1, v=0.0, *, k=1.0):\n    import colorsys\n"
-        "    warnings.warn('seen')\n    held = float(os.getenv('HELD_HERE')) + float(os.environ['HELD_HERE'])\n"
-        "    return v, -k * held * os.path.join('a', 'b').count('a') * x * (colorsys.ONE_THIRD > 0.0)\n"
+        "    warnings.warn('seen')\n"
+        "    return v, -k * os.path.join('a', 'b').count('a') * x * (colorsys.ONE_THIRD > 0.0)\n"
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -14,12 +14,13 @@ import datetime
 import importlib
 import os
 import random
+import re
 import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import partial
 from io import TextIOBase
 from operator import length_hint
@@ -38,13 +39,14 @@ PACKAGES = frozenset({"nsdrill", "numpy", "scipy", "builtins"})  # whose objects
 # What gives another value in another run, though often none between two readings.
 AFRESH: frozenset[object] = frozenset(
     {
-        open,
+        *(open, input, hash, id),  # the last two differ between processes
         datetime.date.today,
         datetime.datetime.now,
         datetime.datetime.today,
         datetime.datetime.utcnow,
-        *(getattr(time, name) for name in ("time", "time_ns", "monotonic", "perf_counter", "localtime", "gmtime")),
+        *(one for name, one in vars(time).items() if callable(one) and name not in ("struct_time", "strptime")),
         *(one for module in (random, np.random) for name in module.__all__ if callable(one := getattr(module, name))),
+        *(getattr(os.path, name) for name in ("abspath", "realpath", "relpath", "expandvars", "expanduser")),
     }
 )
 # The modules of Python whose functions and classes are all about files, processes and the machine.
@@ -52,18 +54,22 @@ OUTSIDE = frozenset(
     {
         *("io", "_io", "os", "posix", "nt", "genericpath", "pathlib", "glob", "shutil", "tempfile", "mmap", "sqlite3"),
         *("subprocess", "multiprocessing", "socket", "_socket", "urllib.request", "platform", "getpass"),
-        *("secrets", "uuid"),
+        *("secrets", "uuid", "h5py._hl.files"),
     }
 )
-FOLLOWED = frozenset({os.getenv, os.fspath})  # an environment that changes is read again, as what stands around
+UNREAD = frozenset({eval, exec})  # what stands in their text is not read
 # What Python says of whatever uses these from within a library (PEP 578).
 AUDITED = ("os.", "socket.", "subprocess.", "shutil.", "urllib.", "sqlite3.", "glob.", "tempfile.", "mmap.")
-# Parts of Python that read the text of programs: modules that are imported, lines that a warning shows.
-READERS = frozenset({"linecache", "warnings", "traceback", "inspect", "tokenize", "zipimport", "pkgutil"})
+# What reads the text of programs: modules that are imported, lines that a warning shows, what is compiled.
+READERS = re.compile(
+    r"(linecache|warnings|traceback|inspect|tokenize|zipimport|pkgutil|_frozen_importlib\w*|importlib"
+    r"|nsdrill\.(cache|compiler|equations))(\.|$)"
+)
 READ_ANEW = (
     "found what is read anew in every run, {}; allowed: what follows from the arguments and from constants. A value "
     "that is read once stands above the function, as a name, or is a number of the study"
 )
+FROM_OUTSIDE = "the time of day, a file, the environment, the machine or random numbers"
 
 
 class Hanging(BaseException):
@@ -217,7 +223,7 @@ def _audit(event: str, given: tuple[object, ...]) -> None:
     graph, frame = _reading.get(threading.get_ident()), sys._getframe(1)
     while graph is not None and frame is not None:
         name = frame.f_globals.get("__name__") or ""
-        if name in READERS or name.partition(".")[0] in ("importlib", "_frozen_importlib", "nsdrill"):
+        if READERS.match(name):
             return
         if is_foreign(name):
             what = given[0] if given else ""
@@ -282,8 +288,9 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
 
 
 def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
-    """(line, source) of the first call of the time of day, a file, the machine or random numbers in the body of a
-    ``function`` with this ``tree``, None where there is none."""
+    """(line, source) of the first value from outside in the body of a ``function`` with this
+    ``tree``: the time of day, a file, the environment, the machine or random numbers; None
+    where there is none."""
     body = getattr(tree, "body", [])
     inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]
     imported: dict[str, object] = {}
@@ -291,10 +298,12 @@ def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None
         if isinstance(node, (ast.Import, ast.ImportFrom)):
             imported |= _imported(node)
     known = {**vars(builtins), **function.__globals__, **referred(function)}
-    known = {name: value for name, value in known.items() if name not in function.__code__.co_varnames} | imported
-    for node in inner:
-        if isinstance(node, ast.Call) and _is_afresh(_value_of(node.func, known)):
-            return node.lineno, ast.unparse(node)
+    own = {*function.__code__.co_varnames, *function.__code__.co_cellvars}
+    known = {name: value for name, value in known.items() if name not in own} | imported
+    for node in inner:  # a call before what is called in it; what is not called here may be so under another name
+        called = [node.func] if isinstance(node, ast.Call) else []
+        if any(_is_afresh(_value_of(one, known)) for one in (*called, node)) or _is_today(node, known):
+            return getattr(node, "lineno", 0), ast.unparse(node)
     return None
 
 
@@ -310,17 +319,35 @@ def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, object]:
 
 
 def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
-    """What a name, or an attribute of a module or a class of Python, stands for; None of
-    another expression."""
+    """What a name, an attribute of a module or a class of Python, or a module that is
+    imported by its name stands for; None of another expression."""
     if isinstance(node, ast.Name):
         return known.get(node.id)
     if isinstance(node, ast.Attribute):
         of = _value_of(node.value, known)
         return getattr(of, node.attr, None) if isinstance(of, (ModuleType, type)) else None
+    if isinstance(node, ast.Call) and node.args and isinstance(last := node.args[-1], ast.Constant):
+        called, name = _value_of(node.func, known), str(last.value)
+        if called is getattr and len(node.args) == 2:
+            return _value_of(ast.Attribute(node.args[0], name), known)
+        if called in (__import__, importlib.import_module) and name in sys.stdlib_module_names:
+            return importlib.import_module(name)
     return None
 
 
 def _is_afresh(value: object) -> bool:
-    if not isinstance(value, Hashable) or value in FOLLOWED:
+    if any(value is one for one in (os.environ, getattr(os, "environb", os.environ), sys.argv, sys.stdin)):
+        return True
+    if not callable(value) or value is os.fspath:
         return False
-    return value in AFRESH or (callable(value) and getattr(value, "__module__", None) in OUTSIDE)
+    with suppress(TypeError):  # one without a hash is none of these
+        if value in AFRESH or value in UNREAD:
+            return True
+    return getattr(value, "__module__", None) in OUTSIDE
+
+
+def _is_today(node: ast.AST, known: Mapping[str, object]) -> bool:
+    """Whether this asks numpy for the day or the time."""
+    if not isinstance(node, ast.Call) or _value_of(node.func, known) is not np.datetime64:
+        return False
+    return any(isinstance(one, ast.Constant) and one.value in ("now", "today") for one in node.args)

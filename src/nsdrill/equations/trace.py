@@ -35,7 +35,17 @@ from nsdrill.compiler.functions import route
 from nsdrill.compiler.language import LanguageError, definition, parts_of
 from nsdrill.equations import changes
 from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
-from nsdrill.equations.effects import READ_ANEW, SECONDS, Hanging, Kept, is_foreign, read_afresh, sources, watched
+from nsdrill.equations.effects import (
+    FROM_OUTSIDE,
+    READ_ANEW,
+    SECONDS,
+    Hanging,
+    Kept,
+    is_foreign,
+    read_afresh,
+    sources,
+    watched,
+)
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
 from nsdrill.errors import InputError
@@ -214,7 +224,7 @@ def check_text(function: Function) -> None:
                 _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
             ) from error
         if (read := read_afresh(each, tree)) is not None:
-            words = READ_ANEW.format("the time of day, a file, the machine or random numbers")
+            words = READ_ANEW.format(FROM_OUTSIDE)
             raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
 
 

@@ -1,0 +1,71 @@
+"""What a function takes from outside its arguments and constants: the environment, the time of
+day, the command line, random numbers, and what differs between two processes. Each is refused
+in its line, whatever name it goes by."""
+
+import re
+
+import pytest
+
+import nsdrill
+from nsdrill.errors import InputError
+
+AROUND = """import importlib
+import os
+import random
+import sys
+import time
+from datetime import datetime
+from os import environ as held
+from os import getenv
+
+ENV = os.environ
+ASKED = {"now": time.time}
+
+
+def deep():
+    return float(os.environ["HELD_OUTSIDE"])
+
+
+"""
+MODEL = "@nsdrill.model\ndef m(x=0.1, v=0.0, *, k=1.0):\n    a = {}\n    return v, -k * x - a * v\n"
+OUTSIDE = (
+    "float(os.environ['HELD_OUTSIDE'])", "float(os.environ.get('HELD_OUTSIDE', 1.0))", "float(held['HELD_OUTSIDE'])",
+    "float(ENV['HELD_OUTSIDE'])", "2.0 if 'HELD_OUTSIDE' in os.environ else 1.0", "float(os.getenv('HELD_OUTSIDE'))",
+    "float(getenv('HELD_OUTSIDE'))", "deep()", "float(os.path.expandvars('$HELD_OUTSIDE'))",
+    "float(getattr(os, 'environ')['HELD_OUTSIDE'])", "len(os.path.abspath('.'))",
+    "(lambda now: round(now(), -9))(time.time)", "[now := time.time, round(now(), -9)][1]", "int(time.strftime('%H'))",
+    "len(time.ctime())", "time.perf_counter_ns() // 10**15", "round(time.process_time(), -3)",
+    "round(getattr(time, 'time')(), -9)", "round(importlib.import_module('time').time(), -9)",
+    "round(__import__('time').time(), -9)", "eval('round(time.time(), -9)')", "exec('import time') or 1.0",
+    "(lambda now: now().year)(datetime.now)", "np.datetime64('today').astype(int) * 1.0",
+    "len(sys.argv)", "len(sys.stdin.read())", "float(input())", "hash('abc') % 7", "id(nsdrill) % 7",
+    "(lambda draw: draw(1).random())(random.Random)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("read", OUTSIDE)
+def test_what_comes_from_outside_is_refused_in_its_line(script, monkeypatch, read):
+    monkeypatch.setenv("HELD_OUTSIDE", "1.5")
+    with pytest.raises(InputError, match=r"found what is read anew in every run, .*allowed: what follows") as error:
+        script(AROUND + MODEL.format(read), "outside_of_it")
+    place = re.match(r"\S*outside_of_it.py, line (\d+): (m|deep): ", str(error.value))
+    assert place is not None
+    lines = ("import numpy as np\nimport nsdrill\nfrom nsdrill import number\n\n\n" + AROUND + MODEL).splitlines()
+    assert lines[int(place[1]) - 1].lstrip().startswith(("a = ", "return float(os.environ"))
+
+
+TEXT = "NOW, HELD, HASH = round(time.time(), -9), deep(), hash('a') % 7\n\n\n" + MODEL.format("NOW * HELD * HASH")
+
+
+@pytest.mark.parametrize("text", [TEXT, MODEL.format("held").replace("k=1.0", "k=1.0, held=float(getenv(NAME))")])
+def test_what_is_read_once_above_the_function_is_taken(script, monkeypatch, text):
+    monkeypatch.setenv("HELD_OUTSIDE", "1.5")
+    script(f"{AROUND}NAME = 'HELD_OUTSIDE'\n{text}", "outside_once")
+
+
+@pytest.mark.parametrize("read", ["nsdrill.open_results('f.h5').x_max.item()", "h5py.File('f.h5')['x_max'][0]"])
+def test_results_are_a_file_too(script, duffing, tmp_path, monkeypatch, read):
+    monkeypatch.chdir(tmp_path)
+    nsdrill.run(duffing.study(transient=0, observe=1), "f.h5", progress=False)
+    with pytest.raises(InputError, match=r"outside_file.py, line \d+: m: .*found what is read anew in every run, "):
+        script("import h5py\n\n\n" + MODEL.format(read), "outside_file")
