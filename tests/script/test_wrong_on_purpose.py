@@ -4,11 +4,13 @@ the place, and none is silent."""
 import re
 import sys
 import warnings
+from textwrap import indent
 
 import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.equations import plain
 from nsdrill.errors import InputError
 
 LAW = """from nsdrill.equations.library import direction, expm1
@@ -306,6 +308,45 @@ def test_random_numbers_in_equations_are_refused_however_they_are_seeded(script,
 def test_a_random_number_that_is_drawn_once_is_a_constant(script):
     text = "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -x * ROUGH\n"
     assert script(f"ROUGH = np.random.default_rng(1).normal()\n\n\n{text}", "drawn_once").m.study()
+
+
+OWN = "c = 1.0\n@nsdrill.model\ndef m(x=0.1, v=0.0):\n    {}\n    {}\n    return v, -c * x\n"
+HELPER = "c = 0\ndef h(y):\n    {}\n    c += 1\n    return c * y\n"
+OF_HELPER = "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    return v, -h(x)\n"
+
+
+def within(text: str, name: str) -> str:
+    return f"def made():\n{indent(text, '    ')}    return {name}\n{name} = made()\n"
+
+
+KEPT = {
+    "nonlocal_own": within(OWN.format("nonlocal c", "c = c + 1.0"), "m"),
+    "nonlocal_read": within(OWN.format("nonlocal c", "pass"), "m"),
+    "nonlocal_helper": within(HELPER.format("nonlocal c"), "h") + OF_HELPER,
+    "global_own": OWN.format("global c", "c = x"),
+    "global_read": OWN.format("global c", "pass"),
+    "global_helper": HELPER.format("global c") + OF_HELPER,
+    "global_inner": OWN.format("def kept(y):\n        global c\n        c = y", "kept(x)"),
+}
+
+
+@pytest.mark.parametrize("how", KEPT)
+def test_what_is_kept_between_calls_is_refused_in_its_line(script, how):
+    text, statement = KEPT[how], f"{how.partition('_')[0]} c"
+    line = 6 + text.splitlines().index(next(one for one in text.splitlines() if statement in one))
+    words = rf"kept_{how}.py, line {line}: \w+: {statement}: found `{statement[:-2]}`: .*; allowed: .* a state with its"
+    with pytest.raises(InputError, match=words):
+        script(text, f"kept_{how}")
+
+
+def test_an_inner_function_may_add_to_a_name_of_the_equations(script):
+    text = (
+        "@nsdrill.model\ndef m(x=0.1, v=0.0):\n    force = -0.5 * v\n\n    def add(more):\n        nonlocal force\n"
+        "        force = force + more\n\n    add(-x)\n    add(-0.1 * x * x * x)\n    return v, force\n"
+    )
+    made = script(text, "kept_within").m
+    slopes = plain.values(made.reading.slopes, made.reading.given({"x": 0.3, "v": 0.2}, {}))
+    assert [float(one) for one in slopes.values()] == pytest.approx(made(0.3, 0.2)) == [0.2, -0.1 - 0.3 - 0.0027]
 
 
 RUB = "nsdrill.friction('pad', slip={}, normal=1.0, static=0.3, smoothing=100.0)"

@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import builtins
 import copy
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from typing import Any
 
 from nsdrill.equations.graph import Refused
@@ -31,8 +31,11 @@ NOWHERE: dict[type[ast.AST], str] = {
     ast.Try: f"`try`: {EXCEPTIONS}",
     ast.TryStar: f"`try`: {EXCEPTIONS}",
     ast.With: "`with`; allowed: equations without it",
-    ast.Global: "`global`: equations are read once for all steps and lanes; allowed: values that are returned",
 }
+KEPT = (
+    "`{}`: equations are read once for all steps and lanes, so that nothing is kept from one step to the next; "
+    "allowed: what changes in time as a state with its slope. To read a name no such statement is needed"
+)
 # Statements that a side of a condition on a value may have, if what is in them may be there.
 CHOOSING = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.If, ast.For, ast.While, ast.Expr, ast.Pass)
 # Functions that take all of a generator at once.
@@ -40,10 +43,16 @@ TAKING = frozenset({"sum", "max", "min", "any", "all", "tuple", "list", "dict", 
 LEAVING = (ast.Break, ast.Continue)
 
 
-def forbidden(tree: ast.AST) -> None:
-    """Refused where the tree has what equations may not have anywhere."""
+def forbidden(tree: ast.AST, around: Container[str]) -> None:
+    """Refused where the tree has what equations may not have anywhere; ``around`` are the
+    names that it has from functions around it."""
     for node in ast.walk(tree):
-        if words := NOWHERE.get(type(node)):
+        words = NOWHERE.get(type(node), "")
+        if isinstance(node, ast.Global):
+            words = KEPT.format("global")
+        if isinstance(node, ast.Nonlocal) and any(name in around for name in node.names):
+            words = KEPT.format("nonlocal")
+        if words:
             raise Refused(f"found {words}", getattr(node, "lineno", 0), _source(node))
 
 

@@ -218,7 +218,7 @@ def check_text(function: Function) -> None:
                 raise
             continue  # without a text, as one of another compiler
         try:
-            forbidden(tree)
+            forbidden(tree, each.__code__.co_freevars)
         except Refused as error:
             raise LanguageError(
                 _told(each.__code__.co_filename, error.line, each.__name__, error.source, error)
@@ -268,7 +268,7 @@ def place_of(function: Function) -> str:
 
 
 def _told(file: str, line: int | None, name: str, source: str, error: BaseException | str) -> str:
-    return f"{file}, line {line}: {name}: {source}: {str(error).rstrip('.')}."
+    return f"{file}, line {line}: {name}: {f'{source}: ' * bool(source)}{str(error).rstrip('.')}."
 
 
 def _placed(error: BaseException, function: Function) -> str:
@@ -377,7 +377,7 @@ def _changed(function: FunctionType, remember: bool) -> CodeType:
     try:
         tree = ast.fix_missing_locations(ast.Module([Changes(remember, own).visit(body)], []))
         made = cast(CodeType, compile(tree, code.co_filename, "exec"))
-    except SyntaxError as error:  # such as nonlocal for what is outside
+    except SyntaxError as error:
         raise LanguageError(
             _told(code.co_filename, error.lineno, function.__name__, "", f"{error.msg}; {AROUND}")
         ) from error
