@@ -7,7 +7,8 @@ from nsdrill.errors import InputError
 from nsdrill.models import top
 from nsdrill.models.drive_laws import LAWS
 from nsdrill.models.steady import String
-from nsdrill.testing import check_drive
+from nsdrill.testing import Report, check_drive
+from nsdrill.testing.bench import Bench, bench_of
 
 KINDS = {
     **dict.fromkeys((*LAWS, "lqr", "dc_motor"), ""),
@@ -38,6 +39,21 @@ OTHERS = {
 @pytest.mark.parametrize("kind", ["pi", "dc_motor"])
 def test_with_damping_of_the_shaft_and_a_voltage_that_follows_the_motion(model, kind):
     check_drive(kind, OTHERS[kind], model=model)
+
+
+@pytest.mark.filterwarnings("error::nsdrill.RunWarning")
+@pytest.mark.parametrize(("kind", "model"), [("z_torque", "regenerative"), ("lqr", "segments")])
+def test_a_check_warns_of_nothing_that_it_provokes(kind, model):
+    """Its runs are too short for a drive that starts far from its speed."""
+    check_drive(kind, MODELS[model], model=model)
+
+
+def test_a_run_of_a_check_that_fails_is_in_the_report():
+    """Comparisons with what is no number hold nothing."""
+    report = Report("a run")
+    bench_of(Bench, "torsion", "simulation: {max_steps: 1000}", 1, 8).run(100.0, report, rtol=1e-12)
+    assert report.failed == ["a run of 100 s to its end"]
+    assert "step_limit" in str(report)
 
 
 UNWINDING = "{arguments}:\n    return -gain * wound - brake * (drive_speed - set_speed), {rate}\n"

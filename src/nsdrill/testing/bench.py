@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nsdrill import api
+from nsdrill.app.conversion import study_in
+from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.integration import points_of
 from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node
@@ -20,13 +22,16 @@ from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError, StudyError
 from nsdrill.models.base import Model
 from nsdrill.models.operation import Values
-from nsdrill.models.registry import model_named
+from nsdrill.models.registry import BY_NAME, model_named
 from nsdrill.models.tree import with_values
 from nsdrill.models.variant import Variant, variant_at
 from nsdrill.records import dataclass
 from nsdrill.script.declared_model import Declared
+from nsdrill.store.dataset import to_dataset
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
+from nsdrill.testing.check_report import Report
+from nsdrill.variables import has_failed
 
 SOURCE = "the study of the check"
 PERIODS = 60.0  # of the trace from which states are taken
@@ -121,11 +126,16 @@ class Bench:
         keys = {f"simulation.{name}": value for name, value in settings.items() if name != "sample"}
         return api.simulate(self.study, set=changes | keys, sample=settings.get("sample", f"{duration / 2000!r} s"))
 
-    def run(self, duration: float, **settings: Any) -> Any:
-        """Results of a run that is observed for this duration [s]."""
+    def run(self, duration: float, report: Report, **settings: Any) -> Any:
+        """Results of a run that is observed for this duration [s]; one that fails is in the
+        report. What a user is told after a run, as of a drive that is still far from its
+        speed, is of this short one without transient, and not told."""
         changes = {"simulation.transient": "0 s", "simulation.observe": f"{duration!r} s"}
         keys = {f"simulation.{name}": value for name, value in settings.items()}
-        return api.run(self.study, set=changes | keys, progress=False)
+        data = to_dataset(run_in_memory(study_in(self.study, changes | keys)))
+        if has_failed(status := np.ravel(data["status"].values)).any():
+            report.add(f"a run of {duration:.3g} s to its end", math.inf, 0.0, BY_NAME["status"].words(int(status[0])))
+        return data
 
     def columns_with(self, key: str, value: float) -> dict[str, float]:
         """The lane parameters with another value of a number of the study."""

@@ -80,7 +80,7 @@ def features(bench: Bench, report: Report) -> None:
     """Greatest, least and mean values of states, against a dense trace."""
     duration = LONG * max(bench.period, bench.turn)
     trace = bench.simulate(duration, rtol=1e-9, method="explicit", sample=f"{duration / SAMPLES!r} s")
-    data = bench.run(duration, rtol=1e-9, method="explicit")
+    data = bench.run(duration, report, rtol=1e-9, method="explicit")
     worst, where = 0.0, ""
     time = trace["time"].values
     declaration = bench.variant.declaration
@@ -111,7 +111,7 @@ def methods(bench: Bench, report: Report, words: str = "") -> None:
     if why_explicit(bench.study.model, bench.study.parameters) is not None:
         return
     duration = 10.0 * bench.period
-    ends = [bench.run(duration, rtol=1e-10, method=method) for method in ("explicit", "implicit")]
+    ends = [bench.run(duration, report, rtol=1e-10, method=method) for method in ("explicit", "implicit")]
     names = [str(name) for name in ends[0]["state"].values]
     first, second = (np.ravel(one["final_state"].values) for one in ends)
     off = {
