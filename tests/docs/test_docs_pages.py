@@ -13,6 +13,7 @@ import nsdrill
 from nsdrill.errors import StudyError
 from nsdrill.study import parse_study
 
+LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 
 
@@ -28,7 +29,7 @@ def anchors(page: Path) -> set[str]:
 
 
 def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)\s]+)\)", plain(page.read_text(encoding="utf-8"))):
+    for target in LINK.findall(plain(page.read_text(encoding="utf-8"))):
         if target.startswith(("http:", "https:")):
             continue
         name, _, anchor = target.partition("#")
@@ -36,6 +37,14 @@ def test_links_lead_somewhere(page):
         assert file.exists(), target
         if anchor:
             assert anchor in anchors(file), target
+
+
+def test_a_page_for_users_links_no_page_for_developers(docs):
+    """Who has the pages without `dev` finds no dead link."""
+    links = [
+        (page.name, target) for page in docs.glob("*.md") for target in LINK.findall(plain(page.read_text("utf-8")))
+    ]
+    assert [one for one in links if one[1].startswith(("dev/", "../"))] == []
 
 
 def test_pages_name_no_file_of_this_machine(page):
