@@ -48,11 +48,13 @@ class ModelParameters:
     operating point, is made of."""
 
     point: ClassVar[type[OperatingPoint]] = OperatingPoint
+    reads: ClassVar[tuple[Any, ...]] = ()
+    """What each word of its choices reads (:class:`nsdrill.models.rules.Reads`)."""
 
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset()
+        return frozenset(key for reads in self.reads for key in reads.unread(self))
 
 
 P = TypeVar("P", bound=ModelParameters)

@@ -65,13 +65,15 @@ from nsdrill.models.turning import (
     CYCLES,
     DRAWN,
     SURFACE_TORQUES,
+    SWING,
+    TURN,
     TURNING,
     TurningStart,
     turning_channels,
     turning_features,
 )
 from nsdrill.models.whole_string import TORQUE_ORDER, WHOLE_STRING, without_length
-from nsdrill.observe.channels import Declaration, Extremes, Names, Section, moved
+from nsdrill.observe.channels import Declaration, Extremes, Names, moved
 from nsdrill.ranges import Checked, like, parameter
 from nsdrill.records import dataclass
 
@@ -118,16 +120,10 @@ LAW = reads_at("bit.friction", torques=True)
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
-    point = Operation
+    point, reads = Operation, (LAW, DRIVE)
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
-
-    @property
-    def unread(self) -> frozenset[str]:
-        """The keys of a study that a string with these choices does not read."""
-        of_top = ("initial.lag", "initial.drive_speed") if self.drive.ideal else ()
-        return frozenset((*LAW.unread(self), *DRIVE.unread(self), *of_top))
 
 
 STEEL = Material()
@@ -203,12 +199,11 @@ def names_of(o: Options) -> Names:
 @lru_cache
 def declaration_of(driven: int) -> Declaration:
     """What is observed of a string with a drive that is not ideal or one that is."""
-    angle = lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)  # noqa: E731
-    channels = turning_channels("stuck", angle, "bit_speed_rate")
+    channels = turning_channels("bit_speed_rate")
     features = (*turning_features(), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2])
     if driven:
         channels, features = top.observed(channels, features, "drive_speed_rate")
-    return Declaration(channels, features, section=Section("bit angle", 2.0 * math.pi))
+    return Declaration(channels, features, section=TURN)
 
 
 def of_string(points: Values[Parameters], thresholds: Thresholds) -> dict[str, Numeric]:
@@ -299,7 +294,7 @@ DESCRIPTION = Description(
         *("twist", "bit_speed", "lag", "motor_torque", "drive_angle", "bit_torque", "surface_torque")
     ),
     shown=(*TURNING[3:], "stick_slip_period", "surface_torque_max"),
-    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None},
+    compared=SWING,
     distinguishing=TURNING,
     orders=(
         Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),

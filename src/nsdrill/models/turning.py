@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models.model_description import Drawn, Panel
 from nsdrill.models.starts import Starts, state
-from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, Period, TimeAbove
+from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, Period, Section, TimeAbove
 from nsdrill.records import dataclass
 
 
@@ -32,7 +33,16 @@ SURFACE_TORQUES = (
 )
 
 
-def turning_channels(stuck: str, angle: Callable[..., Any], rate: str = "bit_acceleration") -> tuple[Channel, ...]:
+TURN = Section("bit angle", 2.0 * math.pi)
+
+
+def _angle(twist: Any, set_speed: Any, time: Any, phase: Any) -> Any:
+    return twist + (phase + set_speed * time)
+
+
+def turning_channels(
+    rate: str = "bit_acceleration", stuck: str = "stuck", angle: Callable[..., Any] = _angle
+) -> tuple[Channel, ...]:
     """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``stuck`` is the
     lane parameter of the bit speed below which the bit is stuck, and ``rate`` the row of
     the slope of the bit speed."""
@@ -60,6 +70,8 @@ def turning_features() -> tuple[Feature, ...]:
 
 # Those of the features of the bit speed that files keep.
 TURNING = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
+# By which two runs of a string that turns are compared.
+SWING = {**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None}
 CYCLES = ("stick_slip_period", "peak_ratio")
 # Those of a bit that also moves along the hole, and of the string and the drive above it.
 ALONG = ("axial_min", "axial_max", "lift_off_fraction", "bit_force_max")

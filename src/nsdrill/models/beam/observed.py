@@ -9,7 +9,6 @@ each summed over the stations while they are on the wall.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
@@ -27,7 +26,7 @@ from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.observed import SHARED, on_rock, wall_force
 from nsdrill.models.friction import hyperbolic
 from nsdrill.models.operation import Numeric
-from nsdrill.models.turning import turning_channels, turning_features
+from nsdrill.models.turning import TURN, turning_channels, turning_features
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -37,7 +36,6 @@ from nsdrill.observe.channels import (
     Mean,
     Outputs,
     Passages,
-    Section,
     TimeAbove,
     Winding,
     measured_by,
@@ -106,7 +104,7 @@ def _square(az):
 # With slopes of 0, means are by the trapezoidal rule, and extremes are taken at the
 # ends of the steps.
 CHANNELS = (
-    *turning_channels("stuck_below", _angle),
+    *turning_channels(stuck="stuck_below", angle=_angle),
     Channel("bit position", "z", "vz", "az"),
     Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
     Channel("radius", "radius", "radius_rate", scale="gap"),
@@ -174,5 +172,5 @@ def declaration_of(options: Options) -> Declaration:
             Derived("wall_force_max", _wall_force_max(options.hertz)),
         ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),
-        section=Section("bit angle", 2.0 * math.pi),
+        section=TURN,
     )

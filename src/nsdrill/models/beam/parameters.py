@@ -194,22 +194,20 @@ class Beam(Checked):
     )
 
 
+LAWS = reads_at("bit.friction", torques=True), reads_at("well.friction")
+
+
 @dataclass(frozen=True)
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
-    point = Operation
+    point, reads = Operation, (*LAWS, DRIVE)
     drillstring: Drillstring = field(default_factory=Drillstring)
     beam: Beam = field(default_factory=Beam)
     mud: StillMud = field(default_factory=StillMud)
     well: Wall = field(default_factory=Wall)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
-
-    @property
-    def unread(self) -> frozenset[str]:
-        """The keys of a study that a collar with these choices does not read."""
-        return frozenset(key for reads in (*LAWS, DRIVE) for key in reads.unread(self))
 
     def __post_init__(self) -> None:
         self.well.check(self.drillstring.collar.outer_diameter)
@@ -252,7 +250,6 @@ class Initial(Starts):
 
 
 ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
-LAWS = reads_at("bit.friction", torques=True), reads_at("well.friction")
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 

@@ -30,7 +30,14 @@ from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_ro
 from nsdrill.models.friction import KeyedLaw, law_numbered, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own_drives import numbered
-from nsdrill.models.turning import PEAK_RATIO, STICK_SLIP_INDEX, STICK_SLIP_PERIOD, STUCK_FRACTION, SURFACE_TORQUES
+from nsdrill.models.turning import (
+    PEAK_RATIO,
+    STICK_SLIP_INDEX,
+    STICK_SLIP_PERIOD,
+    STUCK_FRACTION,
+    SURFACE_TORQUES,
+    TURN,
+)
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -41,7 +48,6 @@ from nsdrill.observe.channels import (
     MeanAbove,
     Names,
     Outputs,
-    Section,
     TimeAbove,
     measured_by,
 )
@@ -343,7 +349,7 @@ def declaration_of(options: Options) -> Declaration:
         channels=channels,
         features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),
         outputs=Outputs(ON_SURFACE if options.surface else OUTPUTS, outputs_of(options)),
-        section=Section("bit angle", REVOLUTION),
+        section=TURN,
     )
 
 

@@ -295,7 +295,7 @@ class Drive(TorqueDrive):
 class Parameters(ModelParameters):
     """The parameters of the model, to which the operating point does not belong."""
 
-    point = Operation
+    point, reads = Operation, (DRIVE, LAW, ROCK, *SLIDING)
     drillstring: Drillstring = field(default_factory=Drillstring)
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
@@ -307,8 +307,7 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these parameters does not read."""
-        keys = DRIVE.unread(self) | LAW.unread(self) | ROCK.unread(self)
-        keys |= {key for law in SLIDING for key in law.unread(self)}
+        keys = {*super().unread}
         if self.bit.rock.regenerative:
             keys |= set(LOBED)
         for mode, keys_of_mode in FROZEN.items():

@@ -17,7 +17,7 @@ from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.rules import Order
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING, drawn_along
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, SWING, TURNING, drawn_along
 from nsdrill.models.whole_string import MEASURED, WHOLE_STRING, has_sections, is_measured
 
 AXIAL = ("drillstring.axial_mass", "drillstring.axial_stiffness")
@@ -69,7 +69,7 @@ DESCRIPTION = Description(
         *(one.name for one in DRILLED),
         "surface_torque_max",
     ),
-    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None, "lift_off_fraction": None},
+    compared={**SWING, "lift_off_fraction": None},
     distinguishing=(*TURNING, "lift_off_fraction"),
     orders=(
         Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),

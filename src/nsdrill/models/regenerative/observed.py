@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from types import FunctionType
 
@@ -11,8 +10,8 @@ import numpy as np
 from nsdrill.equations.graph import Graph
 from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models import on_surface, top
-from nsdrill.models.turning import SURFACE_TORQUES, turning_channels, turning_features
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
+from nsdrill.models.turning import SURFACE_TORQUES, TURN, turning_channels, turning_features
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, TimeAbove
 
 
 def _outputs(count: int) -> FunctionType:
@@ -27,7 +26,7 @@ CHANNELS = (
     Channel("bit position", "z", "vz", "bit_axial_acceleration"),
     Channel("axial velocity", "vz", "bit_axial_acceleration", rate_of="bit position"),
     *on_surface.CHANNELS,
-    *turning_channels("stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)),
+    *turning_channels(),
 )
 FEATURES = (
     Extremes("bit position", "axial_max", "axial_min", "axial_peaks", compared=None),
@@ -54,5 +53,5 @@ def declaration_of(count: int, driven: int) -> Declaration:
         outputs=Outputs(("interference", "closing", "force", "force_rate"), _outputs(count)),
         channels=channels,
         features=features,
-        section=Section("bit angle", 2.0 * math.pi),
+        section=TURN,
     )

@@ -91,15 +91,10 @@ class Bit(Blades):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
-    point = Operation
+    point, reads = Operation, (DRIVE,)
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
-
-    @property
-    def unread(self) -> frozenset[str]:
-        """The keys of a study that a string with these choices does not read."""
-        return frozenset(DRIVE.unread(self))
 
 
 @dataclass(frozen=True)

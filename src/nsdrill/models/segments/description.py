@@ -35,7 +35,7 @@ from nsdrill.models.segments.parameters import (
 )
 from nsdrill.models.segments.rock import SPEEDS, root_at
 from nsdrill.models.segments.string import string_of
-from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, TURNING, drawn_along
+from nsdrill.models.turning import ABOVE, ALONG, CYCLES, ON_SURFACE, SWING, TURNING, drawn_along
 from nsdrill.models.whole_string import STATIC, TORQUE_ORDER, WHOLE_STRING, has_sections, is_measured
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -287,7 +287,7 @@ DESCRIPTION = Description(
         *("stick_slip_period", "lift_off_fraction", "turned_back", "bit_force_max", "surface_torque_max"),
         *(one.name for one in DRILLED),
     ),
-    compared={**dict.fromkeys(TURNING[:3], "set_speed"), "stuck_fraction": None, "lift_off_fraction": None},
+    compared={**SWING, "lift_off_fraction": None},
     distinguishing=(*TURNING[:2], *TURNING[3:], "lift_off_fraction"),
     orders=ORDERS,
     rules=RULES,

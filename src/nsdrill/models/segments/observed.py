@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import lru_cache
 from types import FunctionType
@@ -17,8 +16,8 @@ from nsdrill.models import on_surface
 from nsdrill.models.own_drives import numbered
 from nsdrill.models.segments.equations import change_of_hook_load, torque_at_surface, torque_by_law
 from nsdrill.models.segments.rock import bit_on_rock
-from nsdrill.models.turning import turning_channels, turning_features
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outputs, Section, TimeAbove
+from nsdrill.models.turning import TURN, turning_channels, turning_features
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Outputs, TimeAbove
 
 
 def _outputs_on_surface(count: int) -> FunctionType:
@@ -68,7 +67,7 @@ def _rates(n: Named) -> dict[str, Node]:
 # outcomes have the same columns.
 MOTOR = Channel("current", "current", "current_rate"), Extremes("current", greatest="current_max", least="current_min")
 POSITION = Channel("bit position", "z", "vz", "bit_axial_acceleration")
-TURNING = turning_channels("stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time))
+TURNING = turning_channels()
 LOBED = (
     (POSITION, Channel("interference", "interference", "closing", "closing_rate", level=0.0)),
     (Channel("force", "force", "force_rate", scale="wob"),),
@@ -131,5 +130,5 @@ def declaration_of(by_torque: int, count: int, drive: int) -> Declaration:
             Extremes("hook load", greatest="hook_load_change_max", least="hook_load_change_min"),
             *((*on_surface.axial_velocity("axial velocity"), *on_surface.FEATURES) if count else ()),
         ),
-        section=Section("bit angle", 2.0 * math.pi),
+        section=TURN,
     )

@@ -503,7 +503,7 @@ class Drive(Checked):
 class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
-    point = Operation
+    point, reads = Operation, (DRIVE, ROCK)
     drillstring: Drillstring = field(default_factory=Drillstring)
     segments: Segments = field(default_factory=Segments)
     mud: Mud = field(default_factory=Mud)
@@ -514,8 +514,8 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        keys = DRIVE.unread(self) | ROCK.unread(self) | {f"bit.friction.{name}" for name in self.bit.friction.unread}
-        return frozenset(keys | set(LOBED)) if self.bit.rock.regenerative else frozenset(keys)
+        keys = super().unread | {f"bit.friction.{name}" for name in self.bit.friction.unread}
+        return keys | set(LOBED) if self.bit.rock.regenerative else keys
 
     def __post_init__(self) -> None:
         sections = [section.outer_diameter or 0.0 for section in self.drillstring.sections or ()]
