@@ -139,7 +139,8 @@ def __getattr__(name: str) -> Any:
     if name == "api":
         return import_module("nsdrill.api")
     if name in __all__:
-        return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
+        found = globals()[name] = getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
+        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

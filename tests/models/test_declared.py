@@ -11,6 +11,7 @@ import pytest
 import nsdrill
 from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import Named
+from nsdrill.models.choices import OF_SCRIPTS
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.drive_laws import Kind
 from nsdrill.models.friction import LAWS, KeyedLaw, Numbers, values
@@ -229,3 +230,8 @@ def test_a_motor_at_its_limit_drills_at_the_speed_that_it_keeps(tmp_path):
     assert mean < 2.9
     law = 1.35e-8 * 22.24e3 * math.sqrt(max(mean, 0.0)) - 1.9e-4
     assert point.rate_of_penetration.item() == pytest.approx(max(law, 0.0), rel=1e-9)
+
+
+def test_no_model_has_the_section_of_a_script():
+    """So a number of a script is no choice of theirs, which is known without importing them."""
+    assert not [name for name in NAMES if OF_SCRIPTS in described(name).sections]

@@ -13,7 +13,6 @@ import ctypes
 import datetime
 import importlib
 import os
-import random
 import re
 import sys
 import threading
@@ -45,16 +44,15 @@ AFRESH: frozenset[object] = frozenset(
         datetime.datetime.today,
         datetime.datetime.utcnow,
         *(one for name, one in vars(time).items() if callable(one) and name not in ("struct_time", "strptime")),
-        *(one for module in (random, np.random) for name in module.__all__ if callable(one := getattr(module, name))),
         *(getattr(os.path, name) for name in ("abspath", "realpath", "relpath", "expandvars", "expanduser")),
     }
 )
-# The modules of Python whose functions and classes are all about files, processes and the machine.
+# The modules whose functions and classes are all about files, processes, the machine and random numbers.
 OUTSIDE = frozenset(
     {
         *("io", "_io", "os", "posix", "nt", "genericpath", "pathlib", "glob", "shutil", "tempfile", "mmap", "sqlite3"),
         *("subprocess", "multiprocessing", "socket", "_socket", "urllib.request", "platform", "getpass"),
-        *("secrets", "uuid", "h5py._hl.files"),
+        *("secrets", "uuid", "h5py._hl.files", "random"),
     }
 )
 UNREAD = frozenset({eval, exec})  # what stands in their text is not read
@@ -343,7 +341,9 @@ def _is_afresh(value: object) -> bool:
     with suppress(TypeError):  # one without a hash is none of these
         if value in AFRESH or value in UNREAD:
             return True
-    return getattr(value, "__module__", None) in OUTSIDE
+    places = str(getattr(value, "__module__", None)), type(getattr(value, "__self__", None)).__module__
+    # numpy.random itself takes long to import
+    return any(place in OUTSIDE or place.startswith("numpy.random") for place in places)
 
 
 def _is_today(node: ast.AST, known: Mapping[str, object]) -> bool:

@@ -57,7 +57,10 @@ class Library:
 
 
 def _graph_of(*values: object) -> Graph | None:
-    return next((value.graph for value in values if isinstance(value, Node)), None)
+    for value in values:
+        if isinstance(value, Node):
+            return value.graph
+    return None
 
 
 def sqrt(x: Number) -> Any:

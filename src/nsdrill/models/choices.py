@@ -5,17 +5,19 @@ points are numbers everywhere; studies, files and output have the words."""
 from __future__ import annotations
 
 import typing
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import ModelParameters
-from nsdrill.models.registry import of_all, of_known_models
+from nsdrill.models.registry import NAMES, of_all, of_known_models
 from nsdrill.models.starts import Starts
 from nsdrill.models.tree import leaves, value_of
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
+OF_SCRIPTS = "parameters"  # the section of a script's numbers, which no model of nsdrill has
 SWITCH = ("false", "true")  # the words of a switch
 
 
@@ -57,13 +59,19 @@ def choices_of(model: Description) -> dict[str, tuple[str, ...]]:
     return choices
 
 
+def _choices_with(key: str) -> Iterator[Mapping[str, tuple[str, ...]]]:
+    """The choices of all models that may have this key or dimension: one in the section of a
+    script's numbers is known without importing those of nsdrill."""
+    return (choices for _, choices in of_all(choices_of, without=NAMES if key.startswith(OF_SCRIPTS) else ()))
+
+
 @of_known_models
 def words_of(key: str) -> tuple[str, ...]:
     """The words of the choice at this dotted key, those of all models that have it; ()
     for a number. The index of a word among them is its value along an axis."""
     if "." not in key:  # an operating value, known without importing a model
         return ()
-    return tuple(dict.fromkeys(word for _, choices in of_all(choices_of) for word in choices.get(key, ())))
+    return tuple(dict.fromkeys(word for choices in _choices_with(key) for word in choices.get(key, ())))
 
 
 @of_known_models
@@ -71,7 +79,7 @@ def words_along(name: str) -> tuple[str, ...]:
     """As :func:`words_of`, by the name of the dimension."""
     if name in COORDINATES:  # known without importing a model
         return ()
-    keys = (key for _, choices in of_all(choices_of) for key in choices if dimension_of(key) == name)
+    keys = (key for choices in _choices_with(name) for key in choices if dimension_of(key) == name)
     return next(map(words_of, keys), ())
 
 

@@ -18,7 +18,7 @@ import os
 import sys
 import traceback
 from collections import ChainMap
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
@@ -389,11 +389,13 @@ def scripted(name: str) -> Scripted | None:
     return _scripted.get(name)
 
 
-def of_all(function: Callable[[Description], T]) -> Iterator[tuple[str, T]]:
+def of_all(function: Callable[[Description], T], without: Container[str] = ()) -> Iterator[tuple[str, T]]:
     """The names of the models with the value of ``function`` of each, those of nsdrill
-    first. A model of another package in which it fails is passed over: what is wrong
+    first, ``without`` some. A model of another package in which it fails is passed over: what is wrong
     with it is said where a study or a file names that model."""
     for name in model_names():
+        if name in without:
+            continue
         try:
             value = function(described(name))
         except KeyboardInterrupt:

@@ -83,7 +83,7 @@ def trial_of(
     def slopes(t: float, y: Array) -> Array:
         states = dict(zip(names, y.tolist(), strict=True))
         found = signature.called(signature.function, t, states, parameters)
-        return np.array([float(found[name]) for name in names])
+        return np.array([*map(float, found.values())])
 
     y = np.array([start[name] for name in names])
     times, sizes = [0.0], [np.abs(y)]
