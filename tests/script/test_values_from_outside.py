@@ -1,12 +1,14 @@
 """What a function takes from outside its arguments and constants: the environment, the time of
 day, the command line, random numbers, and what differs between two processes. Each is refused
-in its line, whatever name it goes by."""
+in its line, whatever name it goes by. What Python reads late is in the graph what it is in a
+call."""
 
 import re
 
 import pytest
 
 import nsdrill
+from nsdrill.equations import plain
 from nsdrill.errors import InputError
 
 AROUND = """import importlib
@@ -69,3 +71,39 @@ def test_results_are_a_file_too(script, duffing, tmp_path, monkeypatch, read):
     nsdrill.run(duffing.study(transient=0, observe=1), "f.h5", progress=False)
     with pytest.raises(InputError, match=r"outside_file.py, line \d+: m: .*found what is read anew in every run, "):
         script("import h5py\n\n\n" + MODEL.format(read), "outside_file")
+
+
+HEAD = "import functools\n\n\n"
+OF_PYTHON = {  # what reads a little surprisingly, and does in the graph what it does in a call
+    "loop_around": "fs = []\nfor a in (1.0, 2.0):\n    fs.append(lambda y: a * y)\n"
+    + MODEL.format("fs[0](x) + fs[1](v)"),
+    "loop_within": MODEL.format("sum(f(x) for f in [lambda y: b * y for b in (1.0, 2.0)])"),
+    "loop_bound": MODEL.format("sum(f(x) for f in [lambda y, b=b: b * y for b in (1.0, 2.0)])"),
+    "default_emptied": (
+        "def h(y, seen=[]):\n    seen.append(2.0)\n    found = y * sum(seen)\n    seen.clear()\n    return found\n\n\n"
+        + MODEL.format("h(x)")
+    ),
+    "defined_again": f"def h(y):\n    return y\n\n\n{MODEL.format('h(x)')}\n\ndef h(y):\n    return 2.0 * y\n",
+    "changed_below": f"C = [1.0]\n\n\n{MODEL.format('C[0] * x')}\n\nC[0] = 5.0\n",
+    "cached": f"@functools.cache\ndef h():\n    return 3.0\n\n\n{MODEL.format('h() * x')}",
+}
+
+
+@pytest.mark.parametrize("how", OF_PYTHON)
+def test_what_python_reads_late_is_in_the_graph_what_it_is_in_a_call(script, how):
+    made = script(HEAD + OF_PYTHON[how], f"of_python_{how}").m
+    made.study()  # reads what has changed
+    slopes = plain.values(made.reading.slopes, made.reading.given({"x": 0.3, "v": 0.2}, {"k": 1.0}))
+    assert [float(one) for one in slopes.values()] == pytest.approx(made(0.3, 0.2))
+
+
+def test_models_of_a_loop_have_a_name_each(script):
+    text = "for c in (1.0, 2.0):\n    @nsdrill.model\n    def m(x=0.1, v=0.0):\n        return v, -c * x\n"
+    with pytest.raises(InputError, match="found a model with the name m, as in line 7; allowed: one of each name"):
+        script(text, "models_of_a_loop")
+
+
+def test_a_default_that_remembers_is_refused(script):
+    text = "def h(y, seen=[]):\n    seen.append(1.0)\n    return y * len(seen)\n\n\n" + MODEL.format("h(x)")
+    with pytest.raises(InputError, match="found a change of `h`, which is there before and after a call"):
+        script(text, "remembering")
