@@ -107,3 +107,14 @@ def test_a_default_that_remembers_is_refused(script):
     text = "def h(y, seen=[]):\n    seen.append(1.0)\n    return y * len(seen)\n\n\n" + MODEL.format("h(x)")
     with pytest.raises(InputError, match="found a change of `h`, which is there before and after a call"):
         script(text, "remembering")
+
+
+LOOKED_UP = ("TABLE.get(x, 5.0)", "TABLE[x]", "2.0 if x in TABLE else 1.0", "2.0 if k in {1.0, 2.0} else 1.0", "h(x)")
+
+
+@pytest.mark.parametrize("read", LOOKED_UP)
+def test_a_value_that_is_looked_up_is_refused(script, read):
+    """A node is no key of a dictionary that has its number, so that the default was taken."""
+    text = "TABLE = {0.1: 2.0}\n\n\n@functools.cache\ndef h(y):\n    return 2.0 * y\n\n\n" + MODEL.format(read)
+    with pytest.raises(InputError, match=r"looked_up.py, line \d+: m: a = .*: found a value that is looked up in a"):
+        script(HEAD + text, "looked_up")

@@ -232,6 +232,23 @@ def _audit(event: str, given: tuple[object, ...]) -> None:
 sys.addaudithook(_audit)
 
 
+def _hash(node: Node) -> int:
+    """The hash of a node, refused where equations of a script look a value up: two nodes are one
+    key only where they are one object, whatever their numbers."""
+    if node.graph.is_open and is_foreign(sys._getframe(1).f_globals.get("__name__")):
+        node.graph.refuse(
+            "found a value that is looked up in a dictionary or a set, or by a function with a cache, and it has no "
+            "number while equations are read; allowed: comparisons, as `a if 0.5 < x < 1.5 else b`"
+        )
+    return object.__hash__(node)
+
+
+def refuse_keys() -> None:
+    """Refuse values as keys from now on: where a script is read, as this takes longer than the
+    hash that a node has."""
+    Node.__hash__ = _hash  # type: ignore[assignment,method-assign]
+
+
 @contextmanager
 def watched(graph: Graph, name: str) -> Iterator[None]:
     """A context in which the equations of ``name`` run: what they print is refused, and

@@ -43,6 +43,7 @@ from nsdrill.equations.effects import (
     Kept,
     is_foreign,
     read_afresh,
+    refuse_keys,
     sources,
     watched,
 )
@@ -210,7 +211,10 @@ def check_text(function: Function) -> None:
             f"found {function!r:.80} as the equations of a model; allowed: a plain function of (t, phase, s, p, o), in "
             "a class as `equations = staticmethod(equations)`."
         )
-    for each in (function, *sources(function)) if is_foreign(function.__module__) else ():  # ours are tested
+    if not is_foreign(function.__module__):
+        return  # ours are tested
+    refuse_keys()
+    for each in (function, *sources(function)):
         try:
             tree = definition(each)
         except LanguageError:
