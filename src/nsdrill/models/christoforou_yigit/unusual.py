@@ -11,13 +11,21 @@ from typing import Any
 
 from nsdrill.errors import from_to
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
+from nsdrill.models.christoforou_yigit.coefficients import added_mass_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
-from nsdrill.models.christoforou_yigit.derived_quantities import collar_weight, lift_off_wob, lobe_resonance
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    collar_weight,
+    lateral_stiffness,
+    lift_off_wob,
+    lobe_resonance,
+    wall_speed,
+)
 from nsdrill.models.christoforou_yigit.further_quantities import torsional_waves
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.numbers import LUMPED, FormatValue
 from nsdrill.models.operation import Operation
+from nsdrill.models.tree import with_values
 
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
@@ -29,6 +37,7 @@ def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> lis
     return [
         _over_depth(study, corners),
         lumped_above_wave(corners, format_value),
+        added_mass_of_hole(study, corners, format_value),
         _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
@@ -58,6 +67,49 @@ def lumped_above_wave(corners: list[Corner], format_value: FormatValue) -> str |
         "its ratio is too small, so that the onset of stick-slip, and the speed to which it lasts, are too high as far "
         "as that wave decides. The model segments has the waves."
     )
+
+
+ADDED_MASS = "mud.added_mass"
+ADDED_MASS_ERROR = 0.05  # of the lateral frequency: from there on a warning tells it
+
+
+def added_mass_of_hole(study: Any, corners: list[Corner], format_value: FormatValue) -> str | None:
+    """An added-mass coefficient with which the span swings faster or slower than with that of
+    its clearance. It shifts all speeds of whirl, and no sheet has it."""
+    if ADDED_MASS in (*study.axes, *study.drawn):
+        return None
+    bending = [one for one in corners if one.frees("lateral") and not isinstance(one.parameters.mud.added_mass, str)]
+    errors = [(abs(_slowed(one) - 1.0), one) for one in bending if lateral_stiffness(*one.point) > 0.0]
+    error, corner = max(errors, key=itemgetter(0), default=(0.0, None))
+    if corner is None or not error > ADDED_MASS_ERROR:
+        return None
+    other = _in_hole(corner)
+    speeds = [
+        (math.sqrt(lateral_stiffness(*one.point) / float(one.k.m_l)), wall_speed(*one.point)) for one in (corner, other)
+    ]
+    (frequency, slower), (reached, lower) = (
+        ["no speed" if value is None else format_value(value, "rad/s", "rad/s") for value in values]
+        for values in zip(*speeds, strict=True)
+    )
+    given, in_hole = (float(added_mass_of(one.parameters)) for one in (corner, other))
+    return (
+        f"Added mass: {ADDED_MASS} is {given:.3g}, and potential flow round a collar in the middle of this hole gives "
+        f"{in_hole:.3g}, (D^2 + d^2)/(D^2 - d^2) (Fritz 1972). The lateral frequency is {frequency} with the one and "
+        f"{slower} with the other, and the collar reaches the wall at {reached} and at {lower}. Viscosity and a collar "
+        f"off the middle add to it. Set {ADDED_MASS}: clearance, which takes that of the hole, or a value that was "
+        "measured."
+    )
+
+
+def _in_hole(corner: Corner) -> Corner:
+    """The same with the added mass of the clearance."""
+    changed = with_values(corner.parameters, {ADDED_MASS: "clearance"})
+    return Corner(replace(corner.values, parameters=changed))
+
+
+def _slowed(corner: Corner) -> float:
+    """The lateral frequency with the added mass of the clearance, of that with the given one."""
+    return math.sqrt(float(corner.k.m_l) / float(_in_hole(corner).k.m_l))
 
 
 def _over_depth(study: Any, corners: list[Corner]) -> str | None:
