@@ -625,6 +625,7 @@ SHORT_KEYS = (
     "drillstring.inner_diameter",
     "drillstring.torsional_damping",
     "mud.density",
+    "mud.added_mass",
     "well.diameter",
     "bit.lobes",
     "bit.rock_stiffness",
@@ -633,3 +634,5 @@ SHORT_KEYS = (
     "operation.depth",
     "operation.wob",
 )
+# What a short study says in place of the default, which is the paper's for its own hole.
+SHORT_VALUES = {"mud.added_mass": "clearance"}
