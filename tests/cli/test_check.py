@@ -239,7 +239,7 @@ def test_added_mass_that_is_not_that_of_the_hole_is_told_with_the_speeds_of_both
     (said,), given = found(*NARROW)
     (silent, in_hole) = found(*NARROW, "mud.added_mass=clearance")
     assert silent == []
-    assert given["figures"]["added_mass_in_hole"]["value"] == pytest.approx(IN_NARROW, rel=1e-12)
+    assert given["figures"]["added_mass_hole"]["value"] == pytest.approx(IN_NARROW, rel=1e-12)
     assert "is 1.7, and potential flow round a collar in the middle of this hole gives 4.41" in said
     mass, more = (one["coefficients"]["m_l"]["value"] for one in (given, in_hole))
     k = given["coefficients"]["m_f"]["value"], in_hole["coefficients"]["m_f"]["value"]
@@ -269,6 +269,37 @@ def test_a_short_study_has_the_added_mass_of_its_own_hole(call, tmp_path):
     told = json.loads(call("check", "short.yaml", *changed(*NARROW), "--json").out)
     assert not any(one.startswith("Added mass") for one in told["warnings"])
     assert "mud.added_mass" not in " ".join(told["warnings"])
+
+
+def test_no_speed_brings_a_collar_to_the_wall_that_lies_on_the_low_side(call, small):
+    """A hole of 8 1/2 in and 30 degrees, in which check says that the collar lies on the wall: all else that it
+    says of the speed that brings it there is of a collar in the middle."""
+    slow = "sweep.rotary_speed={from: 5 rad/s, to: 8 rad/s, points: 4}"
+    upright, inclined = (
+        json.loads(call("check", small, *changed(*NARROW, slow, f"well.inclination={one} deg"), "--json").out)[
+            "warnings"
+        ]
+        for one in (0, 30)
+    )
+    assert any(one.startswith("Low side") for one in inclined)
+    assert any(one.startswith("Wall") for one in upright)
+    assert any("reaches the wall" in one for one in upright if one.startswith("Added mass"))
+    assert not any(one.startswith("Wall") or "reaches the wall" in one for one in inclined)
+    assert any(one.startswith("Added mass") for one in inclined)
+
+
+def test_steady_contact_at_the_resonance_takes_less_with_the_damping_of_a_wave(call, small):
+    """At the resonance about s0 K^2/(c w), c = A sqrt(E rho) of 5-inch pipe."""
+    found = json.loads(call("check", small, "--json").out)
+    (said,) = [one for one in found["warnings"] if one.startswith("Bounce")]
+    given, with_wave = (
+        float(one) for one in re.search(r"takes ([\d.]+) kN on the bit, or ([\d.]+) kN with", said).groups()
+    )
+    contact = found["figures"]["axial_contact"]["value"]
+    wave = math.pi / 4 * (0.127**2 - 0.1086**2) * (210e9 * 7850.0) ** 0.5
+    stiffness = 25e6 + found["coefficients"]["k_a"]["value"]
+    assert with_wave == pytest.approx(1e-6 * stiffness**2 / (wave * contact), rel=0.05)
+    assert given == pytest.approx(1e-6 * stiffness**2 / (4000.0 * contact), rel=0.05)
 
 
 def test_what_a_wave_up_the_pipe_takes_decides_where_a_bounce_lasts(call, small):

@@ -59,7 +59,7 @@ SHARED = (
     "bounce_speed",
     "bounce_speed_at_bit",
     "lift_off_wob",
-    "added_mass_in_hole",
+    "added_mass_hole",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 

@@ -338,7 +338,7 @@ def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | 
     slowest, fastest = (end(corner.speed for corner in corners) for end in (min, max))
     if any(corner.parameters.modes.lateral == "frozen" for corner in corners):
         return None
-    speeds = [(wall_speed(*corner.point), corner) for corner in corners]
+    speeds = [(corner.critical["wall_speed"], corner) for corner in corners]
     reached = [(speed, corner) for speed, corner in speeds if speed is not None and speed <= slowest]
     if len(reached) < len(corners):
         return None

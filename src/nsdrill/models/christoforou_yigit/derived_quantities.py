@@ -75,7 +75,7 @@ def derived_quantities(
             "buckling",
         ),
         **reaches,
-        "added_mass_in_hole": DerivedQuantity(
+        "added_mass_hole": DerivedQuantity(
             float(added_mass_in_hole(parameters)),
             "1",
             "added-mass coefficient of a collar in the middle of this hole, by potential flow",
