@@ -264,6 +264,16 @@ def test_the_added_mass_is_among_the_numbers_that_decide_where_it_is_not_chosen(
     assert any(one.startswith("Added mass") for one in told) == (not changes)
 
 
+def test_the_numbers_that_decide_are_named_of_an_elastic_collar_as_well(call, tmp_path):
+    """By its first mode, and only those that it has: its mud rests."""
+    study = tmp_path / "study.yaml"
+    study.write_text("model: beam\nsweep: {rotary_speed: [1 rad/s, 8 rad/s]}\n")
+    told = json.loads(call("check", study, *changed(*NARROW), "--json").out)["warnings"]
+    (said,) = [one for one in told if one.startswith("Sensitive")]
+    assert "with mud.added_mass 4.41 (clearance)" in said
+    assert "mud.swirl" not in said
+
+
 def test_a_short_study_has_the_added_mass_of_its_own_hole(call, tmp_path):
     call("new", "-o", "short.yaml")
     told = json.loads(call("check", "short.yaml", *changed(*NARROW), "--json").out)

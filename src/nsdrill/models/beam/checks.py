@@ -23,6 +23,7 @@ from nsdrill.models.christoforou_yigit.bouncing import Bounce
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner, begun_by_speed, passed_over
+from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.unusual import added_mass_of_hole
 from nsdrill.models.drilling import (
     Drilling,
@@ -116,14 +117,16 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     found = [of(corner.parameters, corner.point) for corner in corners]
     turning = drillings(corners, lambda one: drilling_at(one.parameters, one.point))
     lobed = any(float(corner.parameters.bit.surface_amplitude) != 0.0 for corner in corners)
+    first_mode = [Corner(_lumped(corner)) for corner in corners]
     told = [
         aggressive(of(*operated(study, corners)), found, format_value),
         interrupted(turning, format_value),
         narrow(turning, format_value),
         _buckled(corners, format_value),
         _undamped(study.parameters),
-        added_mass_of_hole(study, [Corner(_lumped(corner)) for corner in corners], format_value),
+        added_mass_of_hole(study, first_mode, format_value),
         passed_over(study, lasting_motions(study, corners), format_value, lobed),
+        sensitive(study, first_mode, format_value),
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told

@@ -63,7 +63,8 @@ def sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> s
     is_lifted = any(corner.lobed for corner in corners)
     names = [name for name in CRITICAL_SPEEDS if is_lifted or name not in ROCK]
     before = critical(parameters, middle, names)
-    keys = [key for key in POORLY_KNOWN if key not in (*study.axes, *study.drawn, *parameters.unread)]
+    unasked = (*study.axes, *study.drawn, *parameters.unread)
+    keys = [key for key in POORLY_KNOWN if key in study.keys.leaves and key not in unasked]
     found: dict[str, list[Effect]] = {name: [] for name in before}
     for key in keys:
         affected = [name for name in POORLY_KNOWN[key] if name in before]
@@ -73,8 +74,7 @@ def sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> s
     if DAMPING in keys and (text := _later_end(study, corners[0], middle.wob, slowest, fastest, format_value)):
         told.append(text)
     bit = parameters.bit
-    chosen = AMPLITUDE not in (*study.axes, *study.drawn, *parameters.unread)
-    if bit.lobes == 1 and not bit.surface_amplitude and chosen and parameters.modes.axial == "free":
+    if bit.lobes == 1 and not bit.surface_amplitude and AMPLITUDE in keys and parameters.modes.axial == "free":
         told.append(
             f"{AMPLITUDE} is 0 (the default with lobes 1), which is careful: a PDC bit has 0 to "
             f"{format_value(1e-4, 'm', 'mm')}, and higher lobes end stick-slip at lower speeds"
