@@ -84,7 +84,9 @@ def test_text(call, small):
             *even,
         ),
     )
-    assert answer.err == ""
+    # the friction that has no fall is not known to have none, nor the mud to rest
+    assert answer.err.startswith("Warning: Sensitive")
+    assert answer.err.count("Warning: ") == 1
     lines = answer.out.splitlines()
     assert lines[0] == f"{small}: valid. Small"
     assert lines[1] == (
@@ -148,7 +150,7 @@ def test_further_figures(call, small):
         (
             [],
             "Sensitive to uncertain inputs: at 1 rad/s to 8 rad/s the answer depends on numbers that are rarely known "
-            "well. Of the critical speeds at 22.24 kN: with half drillstring.torsional_damping stick-slip, which",
+            "well. Of the critical speeds at 22.24 kN: the speed at which the collar reaches the wall is",
         ),
         (["simulation.observe=20 s"], "Short: at 1 rad/s the observation of 20 s holds only 3.18 revolutions"),
         (["simulation.observe=20 s"], "Short: the torsional period is 5.95 s"),
@@ -218,6 +220,105 @@ def test_what_is_usual_is_not_remarked_on(call, small):
     k = json.loads(call("check", small, *usual, "--json").out)["coefficients"]
     ratio = 17.0 / (2.0 * (k["k_t"]["value"] * k["J"]["value"]) ** 0.5)
     assert figures["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
+
+
+# Collars of 6 3/4 in in a hole of 8 1/2 in: (8.5^2 + 6.75^2)/(8.5^2 - 6.75^2) by hand.
+NARROW = ("well.diameter=8.5 in", "drillstring.collar={outer_diameter: 6.75 in, inner_diameter: 2.8125 in}")
+IN_NARROW = 117.8125 / 26.6875
+
+
+@pytest.mark.parametrize("model", ["christoforou_yigit", "beam"])
+def test_added_mass_that_is_not_that_of_the_hole_is_told_with_the_speeds_of_both(call, tmp_path, model):
+    study = tmp_path / "study.yaml"
+    study.write_text(f"model: {model}\nsweep: {{rotary_speed: [1 rad/s, 8 rad/s]}}\n")
+
+    def found(*changes):
+        told = json.loads(call("check", study, *changed("drillstring.eccentricity=2 mm", *changes), "--json").out)
+        return [one for one in told["warnings"] if one.startswith("Added mass")], told
+
+    (said,), given = found(*NARROW)
+    (silent, in_hole) = found(*NARROW, "mud.added_mass=clearance")
+    assert silent == []
+    assert given["figures"]["added_mass_hole"]["value"] == pytest.approx(IN_NARROW, rel=1e-12)
+    assert "is 1.7, and potential flow round a collar in the middle of this hole gives 4.41" in said
+    mass, more = (one["coefficients"]["m_l"]["value"] for one in (given, in_hole))
+    k = given["coefficients"]["m_f"]["value"], in_hole["coefficients"]["m_f"]["value"]
+    inside = 2.8125**2
+    assert k[1] / k[0] == pytest.approx((inside + IN_NARROW * 6.75**2) / (inside + 1.7 * 6.75**2), rel=1e-9)
+    before, after = (
+        float(one)
+        for one in re.search(
+            r"frequency is ([\d.]+) rad/s with the one and ([\d.]+) rad/s with the other", said
+        ).groups()
+    )
+    assert after / before == pytest.approx((mass / more) ** 0.5, rel=1e-3)
+    assert found(*NARROW, f"mud.added_mass={IN_NARROW}")[0] == []
+    assert found("mud.added_mass=1.7")[0] == []  # in the hole of the paper it moves the frequency by 3 per cent
+
+
+@pytest.mark.parametrize("changes", [(), ("modes.lateral=frozen",), ("uncertain={mud.added_mass: {uniform: [1, 4]}}",)])
+def test_the_added_mass_is_among_the_numbers_that_decide_where_it_is_not_chosen(call, small, changes):
+    told = json.loads(call("check", small, *changed(*NARROW, *changes), "--json").out)["warnings"]
+    sensitive = next(one for one in told if one.startswith("Sensitive"))
+    assert ("with mud.added_mass 4.41 (clearance)" in sensitive) == (not changes)
+    assert any(one.startswith("Added mass") for one in told) == (not changes)
+
+
+def test_the_numbers_that_decide_are_named_of_an_elastic_collar_as_well(call, tmp_path):
+    """By its first mode, and only those that it has: its mud rests."""
+    study = tmp_path / "study.yaml"
+    study.write_text("model: beam\nsweep: {rotary_speed: [1 rad/s, 8 rad/s]}\n")
+    told = json.loads(call("check", study, *changed(*NARROW), "--json").out)["warnings"]
+    (said,) = [one for one in told if one.startswith("Sensitive")]
+    assert "with mud.added_mass 4.41 (clearance)" in said
+    assert "mud.swirl" not in said
+
+
+def test_a_short_study_has_the_added_mass_of_its_own_hole(call, tmp_path):
+    call("new", "-o", "short.yaml")
+    told = json.loads(call("check", "short.yaml", *changed(*NARROW), "--json").out)
+    assert not any(one.startswith("Added mass") for one in told["warnings"])
+    assert "mud.added_mass" not in " ".join(told["warnings"])
+
+
+def test_no_speed_brings_a_collar_to_the_wall_that_lies_on_the_low_side(call, small):
+    """A hole of 8 1/2 in and 30 degrees, in which check says that the collar lies on the wall: all else that it
+    says of the speed that brings it there is of a collar in the middle."""
+    slow = "sweep.rotary_speed={from: 5 rad/s, to: 8 rad/s, points: 4}"
+    upright, inclined = (
+        json.loads(call("check", small, *changed(*NARROW, slow, f"well.inclination={one} deg"), "--json").out)[
+            "warnings"
+        ]
+        for one in (0, 30)
+    )
+    assert any(one.startswith("Low side") for one in inclined)
+    assert any(one.startswith("Wall") for one in upright)
+    assert any("reaches the wall" in one for one in upright if one.startswith("Added mass"))
+    assert not any(one.startswith("Wall") or "reaches the wall" in one for one in inclined)
+    assert any(one.startswith("Added mass") for one in inclined)
+
+
+def test_steady_contact_at_the_resonance_takes_less_with_the_damping_of_a_wave(call, small):
+    """At the resonance about s0 K^2/(c w), c = A sqrt(E rho) of 5-inch pipe."""
+    found = json.loads(call("check", small, "--json").out)
+    (said,) = [one for one in found["warnings"] if one.startswith("Bounce")]
+    given, with_wave = (
+        float(one) for one in re.search(r"takes ([\d.]+) kN on the bit, or ([\d.]+) kN with", said).groups()
+    )
+    contact = found["figures"]["axial_contact"]["value"]
+    wave = math.pi / 4 * (0.127**2 - 0.1086**2) * (210e9 * 7850.0) ** 0.5
+    stiffness = 25e6 + found["coefficients"]["k_a"]["value"]
+    assert with_wave == pytest.approx(1e-6 * stiffness**2 / (wave * contact), rel=0.05)
+    assert given == pytest.approx(1e-6 * stiffness**2 / (4000.0 * contact), rel=0.05)
+
+
+def test_what_a_wave_up_the_pipe_takes_decides_where_a_bounce_lasts(call, small):
+    """A sqrt(E rho) of 5-inch pipe, more than thirty times the default."""
+    area = math.pi / 4 * (0.127**2 - 0.1086**2)
+    told = json.loads(call("check", small, "--json").out)["warnings"]
+    sensitive = next(one for one in told if one.startswith("Sensitive"))
+    (said,) = re.findall(r"with drillstring.axial_damping ([\d.]+) kN\*s/m \(a wave up the pipe\)", sensitive)
+    assert 1e3 * float(said) == pytest.approx(area * (210e9 * 7850.0) ** 0.5, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -432,12 +533,12 @@ def test_steps_that_may_jump_across_the_speeds_of_the_wall_are_told(told, wall_s
 
 
 def test_numbers_on_which_the_answer_hangs_are_named(told, wall_speed):
-    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", told())
+    moved = re.search(r"reaches the wall is ([\d.]+) rpm, and no speed with half drillstring.eccentricity", told())
     at = ("operation.wob=15 klbf", "operation.rotary_speed=100 rpm")
     assert wall_speed("drillstring.eccentricity=2 mm", *at) == pytest.approx(float(moved[1]), rel=1e-3)
     assert wall_speed("drillstring.eccentricity=1 mm", *at) is None
     # What is said to be uncertain is no longer a guess.
-    assert "drillstring.eccentricity moves" not in told("uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}")
+    assert "half drillstring.eccentricity" not in told("uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}")
 
 
 def test_a_collar_that_rests_on_the_low_side_is_told(told):

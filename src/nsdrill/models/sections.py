@@ -310,9 +310,12 @@ class Fluid(Checked):
 
 @dataclass(frozen=True)
 class StillMud(Fluid):
-    """Mud with the added-mass coefficient C_A and the drag coefficient C_D."""
+    """Mud with the added-mass coefficient C_A, or that of its clearance, and the drag
+    coefficient C_D."""
 
-    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
+    added_mass: float | str = parameter(
+        1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10", words=("clearance",)
+    )
     drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
 
 
@@ -516,7 +519,7 @@ MEANINGS: dict[str, str] = {
     "drillstring.eccentric_weight": "In an inclined hole the weight of the eccentric steel turns the string",
     "mud": "The drilling fluid",
     "mud.density": "Density",
-    "mud.added_mass": "Added-mass coefficient; a larger one lowers the lateral frequency",
+    "mud.added_mass": "Added-mass coefficient, which lowers the lateral frequency; clearance: that of the hole",
     "mud.drag": "Drag coefficient; a larger one damps whirl more",
     "mud.swirl": "Rotation of the mud as a fraction of the rotary speed",
     "well": "The hole and its wall",
@@ -622,6 +625,7 @@ SHORT_KEYS = (
     "drillstring.inner_diameter",
     "drillstring.torsional_damping",
     "mud.density",
+    "mud.added_mass",
     "well.diameter",
     "bit.lobes",
     "bit.rock_stiffness",
@@ -630,3 +634,5 @@ SHORT_KEYS = (
     "operation.depth",
     "operation.wob",
 )
+# What a short study says in place of the default, which is the paper's for its own hole.
+SHORT_VALUES = {"mud.added_mass": "clearance"}

@@ -11,7 +11,7 @@ from itertools import groupby
 from pathlib import Path
 
 from nsdrill.data import Resolved, differences
-from nsdrill.models.sections import SHORT_KEYS
+from nsdrill.models.sections import SHORT_KEYS, SHORT_VALUES
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.assembly import is_replaced
@@ -338,7 +338,10 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
 
 
 def _value_in(leaf: Leaf, units: str) -> str:
-    """The default of ``leaf``, in the ``units`` "field" a value of four digits."""
+    """The value of ``leaf`` in a short study, mostly the default, in the ``units`` "field" a value of
+    four digits."""
+    if leaf.key in SHORT_VALUES:
+        return SHORT_VALUES[leaf.key]
     if leaf.kind != "quantity" or units != "field":
         return leaf.default_text
     unit = quantity(leaf.key).unit(units)

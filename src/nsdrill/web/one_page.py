@@ -81,7 +81,7 @@ SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of contr
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = "Computed by nsdrill, not validated against {}.{} Points between those of the map were not run."
 DECISIVE = {  # for a response
-    "whirl": "eccentricity",
+    "whirl": "eccentricity, added mass of the mud",
     "stick_slip": "torsional damping, bit friction",
     "bit_bounce": "rock stiffness",
 }

@@ -59,7 +59,7 @@ _LIMITS = (
 LIMITS = _LIMITS.format(
     rate=_OF_THE_RATE,
     without=", changes of formation and the surface that the bit cut before",
-    decisive="eccentricity, bit friction and rock stiffness",
+    decisive="eccentricity, added mass of the mud, bit friction and rock stiffness",
 )
 LIMITS_ON_SURFACE = _LIMITS.format(
     rate="The rate of penetration and the torque follow from the strength of the rock and the wear of the bit.",

@@ -22,7 +22,9 @@ from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.bouncing import Bounce
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
-from nsdrill.models.christoforou_yigit.critical_speeds import begun_by_speed, passed_over
+from nsdrill.models.christoforou_yigit.critical_speeds import Corner, begun_by_speed, passed_over
+from nsdrill.models.christoforou_yigit.sensitive import sensitive
+from nsdrill.models.christoforou_yigit.unusual import added_mass_of_hole
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -58,6 +60,7 @@ SHARED = (
     "bounce_speed",
     "bounce_speed_at_bit",
     "lift_off_wob",
+    "added_mass_hole",
 )
 NODE = 1e-9  # a mode shape below this is at a node
 
@@ -114,13 +117,16 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     found = [of(corner.parameters, corner.point) for corner in corners]
     turning = drillings(corners, lambda one: drilling_at(one.parameters, one.point))
     lobed = any(float(corner.parameters.bit.surface_amplitude) != 0.0 for corner in corners)
+    first_mode = [Corner(_lumped(corner)) for corner in corners]
     told = [
         aggressive(of(*operated(study, corners)), found, format_value),
         interrupted(turning, format_value),
         narrow(turning, format_value),
         _buckled(corners, format_value),
         _undamped(study.parameters),
+        added_mass_of_hole(study, first_mode, format_value),
         passed_over(study, lasting_motions(study, corners), format_value, lobed),
+        sensitive(study, first_mode, format_value),
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told
@@ -171,8 +177,12 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     above it."""
     if study.initial.starts:
         return []
-    lumped_corners = [replace(corner, parameters=as_lumped(corner.parameters)) for corner in corners]
-    return [*begun_by_speed(study, lumped_corners), *begins_above_onset(study, drilling_at)]
+    return [*begun_by_speed(study, [_lumped(corner) for corner in corners]), *begins_above_onset(study, drilling_at)]
+
+
+def _lumped(corner: Values) -> Values:
+    """These values with the parameters of the lumped collar."""
+    return replace(corner, parameters=as_lumped(corner.parameters))
 
 
 def bounce_at(parameters: Parameters, operation: Operation, speed: float) -> Bounce | None:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 from typing import Any
 
 from nsdrill.errors import from_to
@@ -15,9 +15,7 @@ from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.bouncing import Bounce, bounce
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.critical_speeds import (
-    CRITICAL_SPEEDS,
     Corner,
-    critical,
     jumped,
     lasting_motions,
     passed_over,
@@ -38,8 +36,9 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     wall_inclination,
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
+from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
-from nsdrill.models.christoforou_yigit.unusual import RESONANCE_WIDTH, lumped_above_wave, unusual
+from nsdrill.models.christoforou_yigit.unusual import lumped_above_wave, unusual
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -66,24 +65,8 @@ LEAST_RADIATED = 0.5  # of the axial damping of the wave in the pipe
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 BY_IMPEDANCE = ("stiff", "soft_torque", "z_torque")  # drives that are tuned to that of the pipe
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
-DAMPING = "drillstring.torsional_damping"
-# Numbers that are not on a sheet of the assembly and that affect critical speeds.
-WHIRL, ROCK = ("wall_speed",), ("lobe_resonance",)
-POORLY_KNOWN = {  # and the critical speeds that each affects
-    "drillstring.eccentricity": WHIRL,
-    DAMPING: ("stick_slip_onset",),
-    "mud.added_mass": WHIRL,
-    "mud.drag": WHIRL,
-    "bit.rock_stiffness": ROCK,
-    "bit.friction.static": tuple(CRITICAL_SPEEDS),
-    "bit.friction.dynamic": tuple(CRITICAL_SPEEDS),
-    "bit.friction.static_torque": tuple(CRITICAL_SPEEDS),
-    "bit.friction.dynamic_torque": tuple(CRITICAL_SPEEDS),
-    "bit.friction.decay": tuple(CRITICAL_SPEEDS),
-}
 LEAST_OFFSET = 1e-6  # m
 ONE_LIMIT = 1.01  # greatest over least eccentricity at the ends of a sweep that are reported as one
-LEAST_SHIFT = 0.25  # change of the critical fraction of the sweep's speeds
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
@@ -127,7 +110,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         passed_over(study, lasting, format_value, any(one.lobed and one.frees("axial") for one in corners)),
         *jumped(lasting, format_value),
         *unusual(study, corners, format_value),
-        _sensitive(study, corners, format_value),
+        sensitive(study, corners, format_value),
     ]
 
 
@@ -355,7 +338,7 @@ def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | 
     slowest, fastest = (end(corner.speed for corner in corners) for end in (min, max))
     if any(corner.parameters.modes.lateral == "frozen" for corner in corners):
         return None
-    speeds = [(wall_speed(*corner.point), corner) for corner in corners]
+    speeds = [(corner.critical["wall_speed"], corner) for corner in corners]
     reached = [(speed, corner) for speed, corner in speeds if speed is not None and speed <= slowest]
     if len(reached) < len(corners):
         return None
@@ -394,113 +377,6 @@ def _greatest_eccentricity(corner: Corner) -> float:
         speed = wall_speed(*Corner(replace(corner.values, parameters=changed)).point)
         low, high = (middle, high) if speed is None or speed > corner.speed else (low, middle)
     return low
-
-
-def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> str | None:
-    """Poorly known numbers: half or twice the value of one moves a critical speed
-    through much of the sweep."""
-    slowest, fastest = (end(corner.speed for corner in corners) for end in (min, max))
-    columns = zip(*(corner.values.operation for corner in corners), strict=True)
-    middle = Operation(*(float(sum(column)) / len(corners) for column in columns))
-    parameters = corners[0].parameters
-    # a bit that nothing lifts does not bounce at any speed
-    is_lifted = any(corner.lobed for corner in corners)
-    names = [name for name in CRITICAL_SPEEDS if is_lifted or name != "lobe_resonance"]
-    before = critical(parameters, middle, names)
-    keys = [key for key in POORLY_KNOWN if key not in (*study.axes, *study.drawn, *parameters.unread)]
-    effects = []
-    for key in keys:
-        nominal, affected = attrgetter(key)(parameters), [name for name in POORLY_KNOWN[key] if name in names]
-        if nominal is None:
-            continue
-        largest = None
-        for factor in (0.5, 2.0):
-            changed = with_values(parameters, {key: factor * nominal})
-            law = changed.bit.friction
-            if law.dynamic > law.static or (law.dynamic_torque or 0.0) > (law.static_torque or 0.0):
-                continue
-            for name, speed in critical(changed, middle, affected).items():
-                shift = _changed_fraction(name, before[name], speed, slowest, fastest)
-                if shift >= LEAST_SHIFT and (largest is None or shift > largest[0]):
-                    largest = shift, factor, name, speed
-        if largest is not None:
-            _, factor, name, speed = largest
-            speed_before, speed_after = (
-                "no speed"
-                if value is None
-                else "every speed"
-                if math.isinf(value)
-                else format_value(value, "rad/s", "rad/s")
-                for value in (before[name], speed)
-            )
-            effects.append(
-                f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL_SPEEDS[name]} from "
-                f"{speed_before} to {speed_after}"
-            )
-        elif key == DAMPING and (text := _later_end(study, corners[0], middle.wob, slowest, fastest, format_value)):
-            effects.append(text)
-    bit = parameters.bit
-    chosen = "bit.surface_amplitude" not in (*study.axes, *study.drawn, *parameters.unread)
-    if bit.lobes == 1 and not bit.surface_amplitude and chosen and parameters.modes.axial == "free":
-        effects.append(
-            "bit.surface_amplitude is 0 (the default with lobes 1), which is careful: a PDC bit has 0 to "
-            f"{format_value(1e-4, 'm', 'mm')}, and higher lobes end stick-slip at lower speeds"
-        )
-    if not effects:
-        return None
-    speeds = format_value(slowest, "rad/s", "rad/s") + (
-        f" to {format_value(fastest, 'rad/s', 'rad/s')}" if fastest > slowest else ""
-    )
-    return (
-        f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well. Of the "
-        f"critical speeds at {format_value(middle.wob, 'N', 'kN')}: {'; '.join(effects)}. Give them distributions in "
-        "the section uncertain, or run the study with both values."
-    )
-
-
-def _later_end(
-    study: Any, corner: Corner, wob: float, slowest: float, fastest: float, format_value: FormatValue
-) -> str:
-    """Whether with half the damping of torsion stick-slip lasts over much more of the
-    sweep's speeds, at the weight ``wob``; "" where it does not. To find up to
-    which speed takes longer, so that it is asked of one speed, and of this number alone."""
-    parameters = corner.parameters
-    if parameters.modes.torsional == "frozen":
-        return ""
-    at = (corner.operation.depth, wob, study.operation.rotary_speed)
-    before = drilling_at(parameters, Operation(*at)).lasts_below
-    if before is None or math.isnan(before):
-        return ""
-    there = max(before, slowest) + LEAST_SHIFT * (fastest - slowest)
-    less = with_values(parameters, {DAMPING: 0.5 * parameters.drillstring.torsional_damping})
-    with_less = drilling_at(less, Operation(*at))
-    if there > fastest or not with_less.fold_known or not with_less.may_last_at(there):
-        return ""
-    last, further = (format_value(one, "rad/s", "rad/s") for one in (before, there))
-    return f"with half {DAMPING} stick-slip, which lasts up to {last}, lasts at {further} as well"
-
-
-def _changed_fraction(name: str, before: float | None, after: float | None, slowest: float, fastest: float) -> float:
-    """The fraction of the sweep's speeds that lie on the critical side of a critical
-    speed, or near it, ``before`` a change or ``after`` it, but not both."""
-    (a, b), (c, d) = (_critical_speeds(name, speed, slowest, fastest) for speed in (before, after))
-    if fastest == slowest:
-        return float((a <= slowest <= b) != (c <= slowest <= d))
-    both = max(min(b, d) - max(a, c), 0.0)
-    return (max(b - a, 0.0) + max(d - c, 0.0) - 2 * both) / (fastest - slowest)
-
-
-def _critical_speeds(name: str, critical: float | None, slowest: float, fastest: float) -> tuple[float, float]:
-    """The ends of the sweep's speeds on the critical side of a ``critical`` speed, or near
-    it; the first above the second where there are none."""
-    if critical is None:
-        return math.inf, -math.inf
-    low, high = {
-        "wall_speed": (critical, math.inf),
-        "stick_slip_onset": (0.0, critical),
-        "lobe_resonance": ((1 - RESONANCE_WIDTH) * critical, (1 + RESONANCE_WIDTH) * critical),
-    }[name]
-    return max(low, slowest), min(high, fastest)
 
 
 def _turning(values: Values) -> Drilling | None:

@@ -59,7 +59,7 @@ def derive(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: N
     half_span = collar.span / 2
     m_c = steel.density * area_c * half_span
     inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
-    m_f = mud.density * math.pi / 4 * (inside + mud.added_mass * outside) * half_span
+    m_f = mud.density * math.pi / 4 * (inside + added_mass_of(parameters) * outside) * half_span
     bending = steel.young_modulus * second_c
     bit_radius = well.diameter / 2
     speed = np.asarray(rotary_speed, dtype=float)
@@ -87,6 +87,21 @@ def derive(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: N
     }
     plain = {name: float(value) if np.ndim(value) == 0 else value for name, value in values.items()}
     return Coefficients(**plain)
+
+
+def added_mass_of(parameters: Parameters) -> Numeric:
+    """The added-mass coefficient of the mud round the collar: as given, else that of the
+    clearance."""
+    given = parameters.mud.added_mass
+    return added_mass_in_hole(parameters) if isinstance(given, str) else given
+
+
+def added_mass_in_hole(parameters: Parameters) -> Numeric:
+    """The added-mass coefficient of potential flow round a collar in the middle of its hole,
+    (D^2 + d^2)/(D^2 - d^2) (Stokes; Fritz 1972). Viscosity and a collar off the middle add
+    to it."""
+    hole, collar = power(parameters.well.diameter, 2), power(parameters.drillstring.collar.outer_diameter, 2)
+    return (hole + collar) / (hole - collar)
 
 
 def cut_of(parameters: Parameters, wob: Numeric, rotary_speed: Numeric) -> surface.Cut:

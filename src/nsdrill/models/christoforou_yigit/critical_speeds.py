@@ -37,6 +37,7 @@ CRITICAL_SPEEDS = {
     "wall_speed": "the speed at which the collar reaches the wall",
     "stick_slip_onset": "the speed below which the bit sticks and slips",
     "lobe_resonance": "the speed at which the lobes make the bit bounce",
+    "bounce_speed": "the speed above which a bounce may last",
 }
 
 FINE = 0.01  # of a speed: a step that is always fine enough
@@ -95,12 +96,22 @@ class Corner:
 def critical(
     parameters: Parameters, operation: Operation, names: Collection[str] = CRITICAL_SPEEDS
 ) -> dict[str, float | None]:
-    """The critical speeds with these ``names`` of the motions that are free."""
+    """The critical speeds with these ``names`` of the motions that are free. A collar that lies on
+    the low side is at the wall at any speed: no speed brings it there."""
     k, drilling = derive(parameters, *astuple(operation)), drilling_at(parameters, operation)
+
+    def reaches_wall() -> float | None:
+        return None if lies_on_low_side(parameters, operation, k) else wall_speed(parameters, operation, k)
+
+    def bounces_above() -> float | None:
+        speed = bounce_speed(parameters, operation, k)
+        return None if speed is None else drilling.as_set_speed(speed)
+
     speeds: dict[str, tuple[str, Callable[[], float | None]]] = {
-        "wall_speed": ("lateral", lambda: wall_speed(parameters, operation, k)),
+        "wall_speed": ("lateral", reaches_wall),
         "stick_slip_onset": ("torsional", lambda: None if drilling.onset is None else float(drilling.onset.set_speed)),
         "lobe_resonance": ("axial", lambda: drilling.as_set_speed(lobe_resonance(parameters, k))),
+        "bounce_speed": ("axial", bounces_above),
     }
     return {
         name: speed()
@@ -261,10 +272,7 @@ def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, 
 
 def _begins(name: str, corner: Corner) -> float | None:
     """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
-    there from the initial state on, as a collar on the wall is where its weight lays it
-    there."""
-    if name == "wall_speed" and lies_on_low_side(*corner.point):
-        return None
+    there from the initial state on."""
     speed = corner.critical.get(name)
     return float(speed) if speed and _is_possible(name, corner) else None
 
@@ -273,8 +281,8 @@ def _lasts(name: str, corner: Corner) -> float | None:
     """The speed [rad/s] above which the motion may last, 0 where it may at any; None where it
     cannot."""
     if name == "lobe_resonance":
-        speed = bounce_speed(*corner.point) if corner.lobed and corner.frees("axial") else None
-        return None if speed is None else drilling_at(corner.parameters, corner.operation).as_set_speed(speed)
+        found = critical(corner.parameters, corner.operation, ("bounce_speed",)) if corner.lobed else {}
+        return found.get("bounce_speed")
     return staying_speed(*corner.point) if corner.frees("lateral") else None
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, friction
 from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
-from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, added_mass_in_hole, derive, ring
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import impedance, linear_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -75,6 +75,12 @@ def derived_quantities(
             "buckling",
         ),
         **reaches,
+        "added_mass_hole": DerivedQuantity(
+            float(added_mass_in_hole(parameters)),
+            "1",
+            "added-mass coefficient of a collar in the middle of this hole, by potential flow",
+            "lateral",
+        ),
         "passing_rate": DerivedQuantity(
             passing_rate(parameters, operation, k),
             "rad/s^2",

@@ -11,13 +11,20 @@ from typing import Any
 
 from nsdrill.errors import from_to
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
+from nsdrill.models.christoforou_yigit.coefficients import added_mass_of
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner
-from nsdrill.models.christoforou_yigit.derived_quantities import collar_weight, lift_off_wob, lobe_resonance
-from nsdrill.models.christoforou_yigit.further_quantities import torsional_waves
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    collar_weight,
+    lateral_stiffness,
+    lift_off_wob,
+    lobe_resonance,
+)
+from nsdrill.models.christoforou_yigit.further_quantities import pipe_tube, torsional_waves
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.numbers import LUMPED, FormatValue
 from nsdrill.models.operation import Operation
+from nsdrill.models.tree import with_values
 
 LYING = math.pi / 4  # inclination from which weight on bit is not that of the collars alone
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
@@ -29,6 +36,7 @@ def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> lis
     return [
         _over_depth(study, corners),
         lumped_above_wave(corners, format_value),
+        added_mass_of_hole(study, corners, format_value),
         _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
@@ -58,6 +66,51 @@ def lumped_above_wave(corners: list[Corner], format_value: FormatValue) -> str |
         "its ratio is too small, so that the onset of stick-slip, and the speed to which it lasts, are too high as far "
         "as that wave decides. The model segments has the waves."
     )
+
+
+ADDED_MASS = "mud.added_mass"
+ADDED_MASS_ERROR = 0.05  # of the lateral frequency: from there on a warning tells it
+
+
+def added_mass_of_hole(study: Any, corners: list[Corner], format_value: FormatValue) -> str | None:
+    """An added-mass coefficient with which the span swings faster or slower than with that of
+    its clearance. It shifts all speeds of whirl, and no sheet has it."""
+    if ADDED_MASS in (*study.axes, *study.drawn):
+        return None
+    bending = [one for one in corners if one.frees("lateral") and not isinstance(one.parameters.mud.added_mass, str)]
+    errors = [(abs(_slowed(one) - 1.0), one) for one in bending if lateral_stiffness(*one.point) > 0.0]
+    error, corner = max(errors, key=itemgetter(0), default=(0.0, None))
+    if corner is None or not error > ADDED_MASS_ERROR:
+        return None
+    other = _in_hole(corner)
+    frequencies = [
+        format_value(math.sqrt(lateral_stiffness(*one.point) / float(one.k.m_l)), "rad/s", "rad/s")
+        for one in (corner, other)
+    ]
+    walls = [
+        "no speed" if (speed := one.critical["wall_speed"]) is None else format_value(speed, "rad/s", "rad/s")
+        for one in (corner, other)
+    ]
+    # a collar that lies on the low side, or is hardly off its axis, reaches the wall at none
+    reaches = "" if walls[0] == walls[1] else f", and the collar reaches the wall at {walls[0]} and at {walls[1]}"
+    given, in_hole = (float(added_mass_of(one.parameters)) for one in (corner, other))
+    return (
+        f"Added mass: {ADDED_MASS} is {given:.3g}, and potential flow round a collar in the middle of this hole gives "
+        f"{in_hole:.3g}, (D^2 + d^2)/(D^2 - d^2) (Fritz 1972). The lateral frequency is {frequencies[0]} with the one "
+        f"and {frequencies[1]} with the other{reaches}. Viscosity and a collar off the middle add to it. Set "
+        f"{ADDED_MASS}: clearance, which takes that of the hole, or a value that was measured."
+    )
+
+
+def _in_hole(corner: Corner) -> Corner:
+    """The same with the added mass of the clearance."""
+    changed = with_values(corner.parameters, {ADDED_MASS: "clearance"})
+    return Corner(replace(corner.values, parameters=changed))
+
+
+def _slowed(corner: Corner) -> float:
+    """The lateral frequency with the added mass of the clearance, of that with the given one."""
+    return math.sqrt(float(corner.k.m_l) / float(_in_hole(corner).k.m_l))
 
 
 def _over_depth(study: Any, corners: list[Corner]) -> str | None:
@@ -94,6 +147,9 @@ def _aggressive(study: Any, corners: list[Corner], format_value: FormatValue) ->
     )
 
 
+LESS = 0.9  # of the weight on bit that steady contact takes: with the damping of a wave it is told
+
+
 def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
     """Speeds at which the lobes excite the axial resonance and the weight does not keep the
     bit on the rock."""
@@ -103,7 +159,7 @@ def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
         if corner.parameters.modes.axial == "free" and corner.lobed and corner.operation.wob > 0.0
     ]
     slowest, fastest = (end((corner.speed for corner in corners), default=0.0) for end in (min, max))
-    found: list[tuple[float, float, float, int]] = []
+    found: list[tuple[float, float, float, int, float]] = []
     for corner in shaken:
         speed = lobe_resonance(corner.parameters, corner.k)
         if not corner.parameters.drive.ideal:
@@ -113,17 +169,26 @@ def _bouncing(corners: list[Corner], format_value: FormatValue) -> str | None:
         nearest = replace(corner.operation, rotary_speed=min(max(speed, slowest), fastest))
         needed = lift_off_wob(corner.parameters, nearest, corner.k)
         if needed > corner.operation.wob:
-            found.append((speed, needed, nearest.rotary_speed, int(corner.parameters.bit.lobes)))
+            with_wave = lift_off_wob(_radiating(corner), nearest, corner.k)
+            found.append((speed, needed, nearest.rotary_speed, int(corner.parameters.bit.lobes), with_wave))
     if not found:
         return None
     speeds = from_to(format_value(end(one[0] for one in found), "rad/s", "rad/s") for end in (min, max))
-    _, needed, at, lobes = max(found, key=itemgetter(1))
+    _, needed, at, lobes, with_wave = max(found, key=itemgetter(1))
+    of_wave = f", or {format_value(with_wave, 'N', 'kN')} with the axial damping of a wave up the pipe"
+    less = of_wave if with_wave < LESS * needed else ""
     return (
         f"Bounce: the {'lobe excites' if lobes == 1 else f'{lobes} lobes excite'} the axial resonance on the rock at "
         f"{speeds} (lobe_resonance), in or near the speeds of this study. At "
-        f"{format_value(at, 'rad/s', 'rad/s')} steady contact takes {format_value(needed, 'N', 'kN')} on the bit. Keep "
-        "20 % away from it."
+        f"{format_value(at, 'rad/s', 'rad/s')} steady contact takes {format_value(needed, 'N', 'kN')} on the "
+        f"bit{less}. Keep 20 % away from it."
     )
+
+
+def _radiating(corner: Corner) -> Parameters:
+    """The string with the axial damping of the wave that goes up the pipe."""
+    damping = float(pipe_tube(corner.parameters, float(corner.operation.depth)).axial)
+    return with_values(corner.parameters, {"drillstring.axial_damping": damping})
 
 
 def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
