@@ -30,8 +30,8 @@ def attractors(source: Source) -> list[Answer]:
     ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] of a drill string, the numbers of ``starts``, ``known``,
     ``failed``, ``pending``, ``unsettled``, ``doubtful`` (off speed, or on an unstable motion) and
     ``ungrouped`` ones, and ``attractors``, by falling share: ``number``, the same for one
-    attractor in all entries, ``response``, its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
-    members, ``share`` of the known starts and its 95 % interval ``low`` to
+    attractor in all entries, ``response``, its kinds, ``motion`` and ``period`` where recorded,
+    ``members``, ``unsettled`` members, ``share`` of the known starts and its 95 % interval ``low`` to
     ``high`` (None in a slice, whose starts are not a sample), and the median
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.

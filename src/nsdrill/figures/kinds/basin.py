@@ -119,7 +119,8 @@ def distinct_colours(attractors: list[Attractor], styles: Sequence[ResponseStyle
 class _Starts:
     """The starts and their attractors: of each start the ``number`` of its attractor, 0 where
     that is not known, its ``status`` and whether it is ``unsettled`` [start]; of the ``named``
-    attractors, the largest first, their colours and markers; and the ``others``. The ``styles`` are those of the responses."""
+    attractors, the largest first, their colours and markers; and the ``others``. The ``styles``
+    are those of the responses."""
 
     def __init__(
         self,
