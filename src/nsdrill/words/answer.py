@@ -574,10 +574,13 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
         for end in ("now", "usual")
     )
     whose = "THE DEFAULT DAMPING" if found["is_default"] else "THE DAMPING"
+    where = ", ".join(
+        fmt.value(axis, lasts[axis] if axis == "wob" else lasts["at"][axis]) for axis in ("wob", *lasts["at"])
+    )
     yield (
         f"{whose} OF TORSION IS UNUSUAL: its ratio is {found['ratio']:.2g}, and strings have {LOW:g} to {HIGH:g}. "
         f"With {USUAL:g}, {quantity(found['key']).text(found['usual'], fmt.system, 3)} ({found['key']}), stick-slip by "
-        f"torsion alone lasts up to {then} at {fmt.value('wob', lasts['wob'])}, with that of the study up to {now}. "
+        f"torsion alone lasts up to {then} at {where}, with that of the study up to {now}. "
         "Run the study with it."
     )
 
