@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.analysis.basis import Basis, basis_of, data_of_basis
 from nsdrill.analysis.chains import SLACK, Chain, chain_of
 from nsdrill.analysis.graded import Graded
-from nsdrill.analysis.grades import lasting
+from nsdrill.analysis.grades import lasting, lasts_above
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.off_bottom import drag_off_bottom, torsional_period
 from nsdrill.analysis.planes import Cell, along_axis, planes_of
@@ -926,8 +926,9 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     """What the way down says of a vibration that was met at the point or above it, along the axis
     along which the state is carried: within the limits, too, what is free from below may vibrate on the
     way down. None where no way down was run along an axis of the map."""
-    speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
-    above = float(speeds[0]) if speeds else None
+    wob = {**maps.results.held, **_values(maps, cell)}.get("wob")
+    ends = [found for one in lasting(maps.results) if one["name"] == "wall_speed" and (found := lasts_above(one, wob))]
+    above = float(ends[0][0]) if ends else None
     along = maps.along or maps.x
     if (
         "down" not in maps.ways

@@ -16,6 +16,7 @@ import numpy as np
 from nsdrill.analysis.advice import Advice, First, Kind, Unsettled
 from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.doubts import told_in_capitals
+from nsdrill.analysis.grades import lasts_above
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -631,8 +632,7 @@ def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: I
     at = {**summary["fixed"], **point}
     speed = at.get("rotary_speed", -math.inf)
     for one in summary["lasting_motions"]:
-        here = [row["rotary_speed"] for row in one.get("by_weight", ()) if row["wob"] == at.get("wob")]
-        lasts = one["lasts"] if not here else None if here[0] is None else [here[0], here[0]]
+        lasts = lasts_above(one, at.get("wob"))
         if one["name"] in names and one["from"] is None and lasts and lasts[0] < speed:
             yield (
                 f"{one['told']} {fmt.above(one['axis'], lasts)}: the best point is safe only while "

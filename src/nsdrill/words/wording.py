@@ -982,8 +982,7 @@ class Words:
         found = self.advice.recover
         if found is None or found.lasts_above is None:
             return ""
-        low, _ = self.fmt.outwards("rotary_speed", found.lasts_above, found.lasts_above)
-        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [low])}"
+        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [found.lasts_above])}"
 
     def may_stay_on_wall(self) -> bool:
         """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no
