@@ -76,7 +76,7 @@ class Border:
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
     outside: bool = False
-    """Whether one does not drill there, whatever it does."""
+    """Whether one does not drill there; it has a grade where it is not free, too."""
     by_trial: bool = False
     """Whether a trial met the responses, and the map did not."""
     is_jumped: bool = False
@@ -811,7 +811,7 @@ def _border(
         over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
         there = next((one for one in over if not maps.allowed[one]), there)
     if maps.outside is not None and maps.outside[there]:
-        return Border(float(values[index]), outside=True)
+        return _border_outside(replace(maps, outside=None), cell, place, index, levels, seen_from)
     if maps.is_left_out(there):  # type: ignore[arg-type]
         return Border(float(values[index]), is_unsettled=True)
     grade = Grade(int(maps.grade[there]))
@@ -840,6 +840,18 @@ def _border(
         is_started=is_started,
         free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
+
+
+def _border_outside(
+    maps: Graded, cell: Cell, place: int, index: int, levels: slice | None, seen: Cell | None
+) -> Border:
+    """A border beyond which one does not drill, of ``maps`` of all points: what a string that is brought
+    in through there meets is told all the same, and nothing of what is free."""
+    values = maps.values((maps.third, maps.y, maps.x)[place])
+    there = tuple(index if axis == place else at for axis, at in enumerate(cell))
+    found = _border(maps, cell, place, index, levels, seen)
+    is_free = bool(maps.allowed[there]) and not (found.is_jumped or found.is_gap)
+    return Border(float(values[index]), outside=True) if is_free else replace(found, outside=True)
 
 
 def _free_starts(maps: Graded, cell: Cell) -> tuple[int, int]:

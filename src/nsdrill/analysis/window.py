@@ -554,10 +554,10 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     it is not known all the same."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
-    if maps.grades.outside is not None and maps.grades.outside[cell]:
-        return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
-    if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
+    if maps.grades.outside is not None and maps.grades.outside[cell]:
+        why = "outside"
+    elif why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = _why_unknown(maps, cell)
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -145,6 +145,8 @@ def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> st
         "unknown": "no severity is known",
         "outside": "not drilled",
     }
+    if why == "outside":
+        return ", ".join(filter(None, (words[why], response_words(responses, model))))
     otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
     return words.get(why) or response_words(responses, model) or otherwise
 
@@ -167,6 +169,13 @@ def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
 
 
 MOST_WARNINGS = 3  # beside an answer, unless all are asked for
+DRILLED = "DRILLED WITHIN"
+
+
+def shown_first(told: Sequence[str]) -> int:
+    """How many of the warnings stand beside an answer: where one drills, which was asked for, takes the
+    place of no other."""
+    return MOST_WARNINGS + any(text.startswith(DRILLED) for text in told[: MOST_WARNINGS + 1])
 
 
 def warnings(summary: Answer, units: str) -> Iterator[str]:
@@ -208,7 +217,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
         yield (
-            f"DRILLED WITHIN {drilled} only: {count(within['run_up'], 'other point')} free of vibration "
+            f"{DRILLED} {drilled} only: {count(within['run_up'], 'other point')} free of vibration "
             f"{'is' if within['run_up'] == 1 else 'are'} run-up, and not allowed."
         )
     if summary[UNREAD]:
@@ -684,3 +693,9 @@ def before_trials(summary: Answer) -> list[str]:
 def notes(summary: Answer, units: str) -> list[str]:
     """The warnings without their advice, for a picture."""
     return [f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(summary, units)]
+
+
+def first_notes(summary: Answer, units: str) -> list[str]:
+    """Those of :func:`notes` that stand beside an answer."""
+    told = notes(summary, units)
+    return told[: shown_first(told)]
