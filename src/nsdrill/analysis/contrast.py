@@ -9,7 +9,7 @@ import numpy as np
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, classes
 from nsdrill.analysis.planes import axes_of, stretches
-from nsdrill.analysis.safety import told_responses
+from nsdrill.analysis.safety import told_responses, unseen_responses
 from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
@@ -99,15 +99,20 @@ def _places(a: Classes, b: Classes) -> tuple[tuple[Array, ...], tuple[Array, ...
 
 def _responses(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> Answer:
     """At how many of the common points each response is known to occur, in ``a`` and in ``b``;
-    None where it was met at none of them, and of none all is known."""
+    None where it was met at none of them, and of none all is known, or where these results
+    cannot show it."""
     bits = [one.bits[np.ix_(*place)].astype(int) for one, place in zip(maps, places, strict=True)]
     is_open = [_is_open(one)[np.ix_(*place)] for one, place in zip(maps, places, strict=True)]
 
-    def number(side: int, bit: int) -> int | None:
+    unseen = [unseen_responses(one.results.attrs) for one in maps]
+
+    def number(side: int, name: str, bit: int) -> int | None:
+        if name in unseen[side]:
+            return None
         met = int(np.count_nonzero(bits[side] & bit))
         return None if not met and is_open[side].size and np.all(is_open[side]) else met
 
-    return {name: {"a": number(0, one.bit), "b": number(1, one.bit)} for name, one in _told(maps).items()}
+    return {name: {"a": number(0, name, one.bit), "b": number(1, name, one.bit)} for name, one in _told(maps).items()}
 
 
 def _is_open(one: Classes) -> Array:

@@ -252,7 +252,7 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     ]
     for name, response in _responses(found).items():
         if any(window["obstacles"].get(name) for window in windows):
-            numbers = [window["obstacles"].get(name, 0) for window in windows]
+            numbers = [window["obstacles"].get(name) for window in windows]
             rows.append((response.words, list(map(_of_points, windows, numbers, found["open_points"].values()))))
     rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
@@ -280,10 +280,10 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     ]
 
 
-def _of_points(window: Answer, number: int, unknown: int) -> str:
+def _of_points(window: Answer, number: int | None, unknown: int) -> str:
     """``11 of 19 (57.9 %)``, with the points of which it is ``unknown``."""
     points = window["points"]
-    if not number and unknown == points:
+    if number is None or (not number and unknown == points):
         return "not known"
     text = f"{number} of {points} ({100 * number / points:.1f} %)"
     return f"{text}, not known at {unknown}" if unknown else text
