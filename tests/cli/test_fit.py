@@ -373,6 +373,8 @@ def test_what_no_run_gives_determines_nothing(call):
     assert "unmatched" in note["doubts"]
     assert {one["told"] for one in note["unknowns"]} <= {"unknown", "not"}
     assert "NOT KNOWN, as no run gives the data" in told
+    assert note["together"] == []
+    assert "a combination of the two" not in told
     assert "determined" not in told.replace("NOT DETERMINED", "")
     assert " well" not in Path("adjusted.yaml").read_text().split("What the data tell:")[1].split("\n# NO")[0]
     label = "\n".join(str(one.get_label()) for one in _entries(9.0, 0, ["unmatched", "unfinished"]))

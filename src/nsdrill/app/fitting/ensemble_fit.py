@@ -169,7 +169,7 @@ def fit(
     note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
     note["doubts"] = _doubts(note)
     if {"failed", "unmatched"} & set(note["doubts"]):
-        note["unknowns"] = _without_credit(note["unknowns"])
+        note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
