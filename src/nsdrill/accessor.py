@@ -16,17 +16,21 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
 from nsdrill.analysis.planes import UNJUDGED
+from nsdrill.analysis.safety import unseen_responses
 from nsdrill.analysis.unstable import FOLLOWED, is_unstable, observed_for
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
-from nsdrill.models.responses import BIT_BOUNCE, STALLED, STICK_SLIP, WHIRL, ungraded
+from nsdrill.models.responses import ungraded
 from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, PENDING, TRUST, dimension_of, has_failed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# the properties that show each response of a drill string
+PARTICIPLES = {"bit_bounce": "bouncing", "stick_slip": "sticking", "whirl": "whirling", "stalled": "stalled"}
 
 
 @register_dataset_accessor("nsdrill")
@@ -38,7 +42,8 @@ class Accessor:
     numbers is not known. A response, as ``bouncing``, is an array of bool where all runs
     are known; else it has 1, 0 and NaN where it is not known, as other values that are
     missing in xarray: its mean is the share among the known runs, and it is compared by
-    ``== 1``. ``safe`` is always of bool: a run that is not known is not safe. ``known``
+    ``== 1``. One that the model does not have, or that is of a frozen motion, is NaN
+    everywhere. ``safe`` is always of bool: a run that is not known is not safe. ``known``
     tells the known runs from the others.
 
     Examples
@@ -60,16 +65,15 @@ class Accessor:
         status = self._variable("status")
         over = ", ".join(f"{name} ({length})" for name, length in status.sizes.items())
         model = model_in(self._data.attrs)
-        shown = {}
-        if model.drills:
-            shown = {
-                "bouncing": self.bouncing,
-                "sticking": self.sticking,
-                "whirling": self.whirling,
-                "stalled": self.stalled,
-            }
+        unseen = unseen_responses(self._data.attrs)
+        shown = {
+            word: self._shows(name, "")
+            for name, word in PARTICIPLES.items()
+            if name in model.critical and name not in unseen
+        }
         shown |= {f"shows({name!r})": self.shows(name) for name, one in model.critical.items() if one.is_own}
         rows = [f"  {name:10s}{int(found.sum()):8d}" for name, found in {**shown, "safe()": self.safe()}.items()]
+        rows += [f"  {PARTICIPLES[name]:10s}not known: {why}" for name, why in unseen.items()]
         if unknown := int(status.size) - int(self._is_known().sum()):
             rows.append(f"  {'not known':10s}{unknown:8d}: {self._why_unknown()}")
         return "\n".join([f"nsdrill: {count(int(status.size), 'run')}{f' over {over}' if over else ''}", *rows])
@@ -80,23 +84,23 @@ class Accessor:
     @property
     def bouncing(self) -> DataArray:
         """Where the bit bounces: it leaves the rock (bit-bounce)."""
-        return self._shows(BIT_BOUNCE, "the bit bounces")
+        return self._shows("bit_bounce", "the bit bounces")
 
     @property
     def sticking(self) -> DataArray:
         """Where the bit sticks and slips, by the thresholds of the file."""
-        return self._shows(STICK_SLIP, "the bit sticks and slips")
+        return self._shows("stick_slip", "the bit sticks and slips")
 
     @property
     def whirling(self) -> DataArray:
         """Where the collar whirls, by the thresholds of the file."""
-        return self._shows(WHIRL, "the collar whirls")
+        return self._shows("whirl", "the collar whirls")
 
     @property
     def stalled(self) -> DataArray:
         """Where the bit is stalled: it stays stuck, and shows none of the other
         responses."""
-        return self._shows(STALLED, "the bit is stalled")
+        return self._shows("stalled", "the bit is stalled")
 
     def shows(self, response: str) -> DataArray:
         """Where a run shows the critical response of this name, by the thresholds of the
@@ -125,7 +129,7 @@ class Accessor:
         if response not in found:
             allowed = ", ".join(found) or "none, as the model defines no response"
             raise InputError(f"response: found {response!r}; allowed: {allowed}.")
-        return self._shows(found[response].bit, f"the run shows {found[response].words}")
+        return self._shows(response, f"the run shows {found[response].words}")
 
     @property
     def known(self) -> DataArray:
@@ -232,9 +236,12 @@ class Accessor:
         }
         return ", ".join(word for word, found in causes.items() if bool(found.any()))
 
-    def _shows(self, bit: int, words: str) -> DataArray:
-        """Where the response of a run has this bit; of NaN where it is not known."""
-        known, found = self._is_known(), (self._variable("response") & bit) > 0
+    def _shows(self, name: str, words: str) -> DataArray:
+        """Where the response of this ``name`` occurs; of NaN where that is not known, as everywhere of
+        one that these results cannot show."""
+        response = model_in(self._data.attrs).critical.get(name)
+        known, found = self._is_known(), (self._variable("response") & (response.bit if response else 0)) > 0
+        known = known & (response is not None and name not in unseen_responses(self._data.attrs))
         return _named(found if bool(known.all()) else found.where(known), words)
 
     def _is_known(self) -> DataArray:

@@ -84,7 +84,8 @@ def test_what_a_severity_allows_is_said_in_the_sentence():
 
 
 def test_two_that_differ_in_their_sweep_alone_are_said_to_be_the_same_string():
-    a, b = grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [B]}, SPEEDS, WEIGHTS)
+    finer = ["".join(2 * sign for sign in line)[:11] for line in B]
+    a, b = grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [finer]}, np.linspace(1.0, 6.0, 11), WEIGHTS)
     for one, points in ((a, 6), (b, 11)):
         axis = {"rotary_speed": {"from": 1.0, "to": 6.0, "points": points}}
         one.attrs["study_resolved"] = json.dumps({"sweep": axis, "title": f"{points}"})
@@ -100,6 +101,7 @@ def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
         "a": 3.0,
         "b": 2.0,
         "moved": -1.0,
+        "at_least": False,
         "responses_a": ["stick_slip"],
         "responses_b": ["stick_slip"],
         "why_a": "critical",
@@ -123,20 +125,20 @@ def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
             "......",
             "..ww..",
             [
-                ("same (edge of the map)", "-4 rad/s (38.2 rpm) (edge of the map, now whirl)"),
-                ("+4 rad/s (38.2 rpm) (edge of the map, now whirl)", "same (edge of the map)"),
+                ("no border (edge of the map)", "-4 rad/s (38.2 rpm) or more (edge of the map, now whirl)"),
+                ("+4 rad/s (38.2 rpm) or more (edge of the map, now whirl)", "no border (edge of the map)"),
             ],
         ),
         (
             "..ww..",
             "......",
             [
-                ("same (edge of the map)", "+4 rad/s (38.2 rpm) (whirl, now edge of the map)"),
-                ("-4 rad/s (38.2 rpm) (whirl, now edge of the map)", "same (edge of the map)"),
+                ("no border (edge of the map)", "+4 rad/s (38.2 rpm) or more (whirl, now edge of the map)"),
+                ("-4 rad/s (38.2 rpm) or more (whirl, now edge of the map)", "no border (edge of the map)"),
             ],
         ),
-        # beyond the end lies no edge but a run that failed
-        ("s...xx", "s..xxx", [("same (stick-slip)", "-1 rad/s (9.55 rpm) (a run failed)")]),
+        # what lies beyond runs that failed is not known: no border is known to have moved
+        ("s...xx", "s..xxx", [("same (stick-slip)", "not known (a run failed)")]),
     ],
 )
 def test_the_end_of_a_safe_interval_names_its_cause(a, b, moves):
@@ -149,6 +151,42 @@ def test_beyond_the_map_of_the_other_nothing_is_known_of_an_interval():
     (lost, gained) = border_rows(contrast(a, b), "si")
     assert lost[3:] == ("lost (edge of the map in b)",) * 2
     assert gained[3:] == ("gained (edge of the map in a)",) * 2
+
+
+@pytest.mark.parametrize(
+    ("beyond", "moves"),
+    [
+        # the sweep of b ends where a is still free, and begins where a sticks
+        (("s....", "....", 0, 1), ("not known (stick-slip, now edge of the map)", "no border (edge of the map)")),
+        (("s....", "...", 0, 2), ("not known (stick-slip, now edge of the map)", "no border (edge of the map)")),
+        # its border lies beyond the sweep of a, or within it
+        (("s....", "s.....w", 0, 0), ("same (stick-slip)", "not known (edge of the map, now whirl)")),
+        (("s....", "s..ww", 0, 0), ("same (stick-slip)", "-2 rad/s (19.1 rpm) or more (edge of the map, now whirl)")),
+    ],
+)
+def test_the_end_of_a_sweep_is_no_border(beyond, moves):
+    (a, b, start_a, start_b), row = beyond, np.arange(1.0, 12.0)
+    data = [grid({"up": [line]}, row[start:][: len(line)]) for line, start in ((a, start_a), (b, start_b))]
+    found = contrast(*data)
+    assert border_rows(found, "si")[0][3:] == moves
+    assert "upper borders" not in sentence(app_contrast(*data), "si")
+    assert "lower borders" not in sentence(app_contrast(*data), "si")
+
+
+def test_ranges_that_differ_are_no_steps_that_differ():
+    """The same string over the same speeds, of which b has fewer: nothing is lost by the size of steps."""
+    data = [grid({"up": [line]}, SPEEDS[: len(line)]) for line in ("s.....", "s...")]
+    for one in data:
+        axis = {"rotary_speed": {"from": 1.0, "to": one.coords["rotary_speed"][-1], "points": 6}}
+        one.attrs["study_resolved"] = json.dumps({"sweep": axis})
+    found = app_contrast(*data)
+    assert found["same_steps"]
+    told = next(note for note in notes(found, "si") if note.startswith("ONLY THE SWEEP DIFFERS"))
+    assert "steps" not in told
+    assert "agree where both were run. The end of a sweep is no border." in told
+    data[1]["response"][..., 1] = data[0]["response"][..., 0]
+    told = next(note for note in notes(app_contrast(*data), "si") if note.startswith("ONLY THE SWEEP DIFFERS"))
+    assert "comes from where a sweep begins" in told
 
 
 def test_onsets_are_where_a_response_occurs(found):
@@ -227,7 +265,7 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
     assert " borders " not in text  # there is none in both
     moved = [grid({"up": [[line, "......"]]}, SPEEDS, [1e4, 2e4]) for line in ("s....w", "ss...w")]
     text_of_moved = sentence(app_contrast(*moved), "si")
-    assert "; lower borders in both lie 0.5 rad/s (4.77 rpm) higher on average" in text_of_moved
+    assert "; lower borders in both lie 1 rad/s (9.55 rpm) higher; " in text_of_moved  # the other line has none
     one = [grid({"up": [line]}, SPEEDS) for line in ("s....w", "ss...w")]
     assert "; lower borders in both lie 1 rad/s (9.55 rpm) higher; " in sentence(app_contrast(*one), "si")
     assert text.startswith(

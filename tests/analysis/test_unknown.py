@@ -265,7 +265,7 @@ def test_no_share_of_an_attractor_becomes_narrower(pair, seed):
         variables = {name: values.reshape(-1, starts) for name, values in one.variables.items()}
         is_ok = variables["status"] == OK
         variables["attractor"] = np.where(is_ok, number.reshape(-1, starts), 0)
-        described.append(list(describe(variables, ())))
+        described.append(list(describe(variables, is_ok, ())))
     for (attractors, counts), (attractors_after, counts_after) in zip(*described, strict=True):
         assert counts_after["known"] <= counts["known"]
         before = {one.number: one for one in attractors}

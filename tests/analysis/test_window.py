@@ -9,6 +9,7 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.advice import RECOMMENDED
+from nsdrill.analysis.contrast import contrast
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import classes, regions
 from nsdrill.analysis.window import find_window, obstacle
@@ -630,3 +631,12 @@ def test_a_window_is_that_of_the_file_in_any_order_of_dimensions():
     for axis in ("rotary_speed", "wob"):
         with pytest.raises(InputError, match=f"found values of {axis} that do not ascend"):
             nsdrill.window(data.isel({axis: slice(None, None, -1)}))
+
+
+def test_a_response_that_cannot_be_seen_has_no_number():
+    """The lateral motion is frozen: at how many points it whirls is not known, and not zero."""
+    data = grid({"up": ["s.bb"]}, np.arange(1.0, 5.0))
+    data.attrs["study_resolved"] = json.dumps({"modes": {"lateral": "frozen", "axial": "free"}})
+    assert find_window(data)["obstacles"] == {"bit_bounce": 2, "stick_slip": 1, "whirl": None, "stalled": 0}
+    other = grid({"up": ["s.bw"]}, np.arange(1.0, 5.0))
+    assert contrast(data, other)["responses"]["whirl"] == {"a": None, "b": 1}

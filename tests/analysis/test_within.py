@@ -4,15 +4,17 @@ import html
 import shlex
 
 import pytest
-from figures.test_wording import SPEEDS, WEIGHTS, made
+from figures.test_wording import SPEEDS, WALL, WEIGHTS, made
 
 import nsdrill
 from nsdrill.analysis.window import find_window
-from nsdrill.app.answering.answers import plain_window, results_for_window
+from nsdrill.app.answering.answers import drilled_within, plain_window, results_for_window
 from nsdrill.cli.main import main
 from nsdrill.errors import InputError
 from nsdrill.units import to_si
-from nsdrill.words.answer import warnings, words_of
+from nsdrill.words.answer import obstacle_words, shown_first, warnings, words_of
+
+from .grids import told
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -45,6 +47,27 @@ def test_the_way_up_still_decides_inside():
     found = find_window(results_for_window(sticks, within=WITHIN))
     assert found["safe"] == 20
     assert found["answer"].way_in.through == pytest.approx(SPEEDS[2])
+
+
+@pytest.mark.parametrize("within", [None, WITHIN])
+def test_what_the_way_in_passes_is_told_where_one_does_not_drill(within):
+    """The map's own borders: stick-slip that may last at 90 rpm, and a vibration at 75 to 78 rpm that a step may jump
+    across, concern a string that is brought up through there, wherever one drills."""
+    sticks = made(up=["ss....."] * 5, down=["s......"] * 5)
+    found = find_window(drilled_within(told(sticks, [92 * RPM] * 5), within))
+    assert "stick-slip, once started, may last to 92 rpm" in words_of(found, "field").sentence()
+    assert any("STICK-SLIP MAY LAST" in text for text in warnings(found, "field"))
+    assert found["answer"].stay_within["rotary_speed"].below.sticks_to == pytest.approx(92 * RPM)
+    steps = {**WALL, "jumped": {"from": 75 * RPM, "to": 78 * RPM, "enough": 2 * RPM, "step": 10 * RPM}}
+    found = find_window(drilled_within(made(steps, **LINES), within))
+    said = list(warnings(found, "field"))
+    assert any("MAY JUMP" in text for text in said[: shown_first(said)])
+    assert "may jump across whirl at 75 to 78 rpm" in words_of(found, "field").sentence()
+
+
+def test_where_one_drills_takes_the_place_of_no_warning():
+    said = ["DRILLED WITHIN 100 to 130 rpm only.", *(f"WARNING {number}." for number in range(5))]
+    assert shown_first(said) == shown_first(said[1:]) + 1
 
 
 def test_weights_and_several_axes():
@@ -117,3 +140,11 @@ def test_two_files_are_both_drilled_within(speeds, tmp_path):
 def test_a_report_refuses_what_is_no_range(speeds, tmp_path):
     with pytest.raises(InputError, match="what is set and was swept"):
         nsdrill.report(speeds, tmp_path / "no.html", within={"depth": (1.0, 2.0)})
+
+
+def test_a_side_where_one_does_not_drill_names_what_vibrates_there():
+    found = find_window(drilled_within(made(up=["sss...."] * 5, down=["sss...."] * 5), WITHIN))
+    side = found["maps"][0]["recommended"]["margins"]["rotary_speed"]["less"]
+    assert (side["why"], side["responses"]) == ("outside", ["stick_slip"])
+    assert obstacle_words(side["why"], side["responses"]) == "not drilled, stick-slip"
+    assert "at 90 rpm, not drilled, it sticks" in " ".join(words_of(found, "field").lines())

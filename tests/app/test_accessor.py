@@ -1,9 +1,13 @@
 """``data.nsdrill`` of a Dataset: what its arrays say of themselves."""
 
+import json
+
+import numpy as np
 import pytest
 from xarray import Dataset
 
-import nsdrill.accessor  # noqa: F401, by which xarray knows the name
+import nsdrill
+import nsdrill.accessor  # by which xarray knows the name
 from nsdrill.models.responses import BIT_BOUNCE, STALLED, WHIRL
 from nsdrill.variables import OK
 
@@ -58,3 +62,22 @@ def test_it_says_what_it_holds(results):
     assert "without the responses" in repr(results[["stick_slip_severity"]].nsdrill)
     failed = results.assign(status=results.status * 0 + 3)
     assert f"not known {results.status.size:8d}" in repr(failed.nsdrill)
+
+
+def test_what_the_model_cannot_show_is_not_false(results):
+    """Torsion has neither whirl nor bit-bounce: no answer says that none occurs."""
+    torsion = results.drop_vars("bounce_severity").assign_attrs({**results.attrs, "model": "torsion"})
+    assert np.isnan(torsion.nsdrill.whirling).all()
+    assert np.isnan(torsion.nsdrill.bouncing).all()
+    with pytest.raises(nsdrill.InputError, match="response: found 'whirl'; allowed: stick_slip, stalled"):
+        torsion.nsdrill.shows("whirl")
+    assert "whirling  not known: the model torsion has none" in repr(torsion.nsdrill)
+    assert torsion.nsdrill.sticking.dtype == bool
+
+
+def test_what_a_frozen_motion_would_show_is_not_known(results):
+    study = json.dumps({"modes": {"lateral": "frozen", "axial": "free", "torsional": "free"}})
+    frozen = results.assign_attrs({**results.attrs, "study_resolved": study})
+    assert np.isnan(frozen.nsdrill.whirling).all()
+    assert frozen.nsdrill.bouncing.values.tolist() == [False, True, False]
+    assert "whirling  not known: the lateral motion is frozen" in repr(frozen.nsdrill)

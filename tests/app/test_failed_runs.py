@@ -170,7 +170,7 @@ def test_unsettled_starts_are_marked_and_counted(files):
     counts = summarize(results)["operating_points"][0]
     assert counts["unsettled"] > 0
     figure = draw(results, "basin")
-    assert {"unsettled", "failed"} <= gids(figure)
+    assert {"unsettled", "unknown"} <= gids(figure)
     words = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert f"unsettled ({counts['unsettled']} of 64 starts)" in words
     assert f"failed, not known ({counts['failed']} of 64 starts)" in words

@@ -39,6 +39,8 @@ def test_a_damping_that_decides_is_among_the_first_warnings(call, ran):
     said = next(one for one in json.loads(call("window", found, "--json").out)["answer"]["warnings"] if warning in one)
     low, high = (float(re.search(rf"{words} up to ([\d.]+) rad/s", said)[1]) for words in ("alone lasts", "study"))
     assert low > high
+    answer = json.loads(call("window", found, "--json", "--units", "si").out)["answer"]
+    assert 0.0 <= high - answer["sticks_to"]["rotary_speed"] < 0.1, "the same speed, rounded outwards to 0.1 rad/s"
     usual = re.search(r"With 0.03, ([\d.]+ \S+)", said)[1]
     assert "DAMPING OF TORSION" not in call("window", ran(f", torsional_damping: {usual}"), "--all").out
 

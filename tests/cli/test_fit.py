@@ -355,3 +355,27 @@ def test_a_fit_without_a_match_writes_so_into_the_study(call):
     text = Path("adjusted.yaml").read_text(encoding="utf-8")
     assert "# NO RUN GIVES THESE DATA: the best is off by" in text
     assert nsdrill.load_study("adjusted.yaml").resolved["uncertain"]["doubts"] == note["doubts"]
+
+
+def test_what_no_run_gives_determines_nothing(call):
+    """Torques that are ten times too great, as in another unit: narrow intervals about them are no knowledge."""
+    study = """
+    model: torsion
+    operation: {depth: 2000 m, wob: 60 kN}
+    drillstring: {torsional_damping: 25 N*m*s/rad}
+    simulation: {transient: 100 s, observe: 60 s}
+    uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.1, 0.5]}}
+    """
+    Path("study.yaml").write_text(study, encoding="utf-8")
+    Path("field.csv").write_text("rotary_speed [rad/s], surface_torque_max [N m]\n10, 24934\n16, 25370\n")
+    fit = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    told, note = call(*fit, "-o", "adjusted.yaml", "--overwrite").out, json.loads(call(*fit, "--json").out)
+    assert "unmatched" in note["doubts"]
+    assert {one["told"] for one in note["unknowns"]} <= {"unknown", "not"}
+    assert "NOT KNOWN, as no run gives the data" in told
+    assert note["together"] == []
+    assert "a combination of the two" not in told
+    assert "determined" not in told.replace("NOT DETERMINED", "")
+    assert " well" not in Path("adjusted.yaml").read_text().split("What the data tell:")[1].split("\n# NO")[0]
+    label = "\n".join(str(one.get_label()) for one in _entries(9.0, 0, ["unmatched", "unfinished"]))
+    assert "DOUBTFUL: no run gives the data\nDOUBTFUL: too few samples count" in label

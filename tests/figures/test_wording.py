@@ -13,9 +13,9 @@ from nsdrill.analysis.advice import Advice, Border, Kind, Recover, Recovery, Str
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
-from nsdrill.units import to_si
+from nsdrill.units import from_si, to_si
 from nsdrill.variables import Unknown
-from nsdrill.words.answer import answer, words_of
+from nsdrill.words.answer import answer, warnings, words_of
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
 from nsdrill.words.wording import MOST_LINES, MOST_WORDS
@@ -203,6 +203,25 @@ def test_the_lines():
         "If it whirls: it does not stop in the map; pick up, stop the rotation, start again; a collar on the wall "
         "may stay there above 33 rpm.",
     ]
+
+
+def test_where_the_wall_holds_a_collar_is_one_speed_in_orders_and_warnings():
+    """That at the weight of the setting, rounded down, where at others it is another one."""
+    speeds = [to_si(f"{rpm} rpm", "rad/s") for rpm in (32.1, 33.2, 34.9, 36.1, 38.0)]
+    by_weight = [{"wob": wob, "rotary_speed": speed} for wob, speed in zip(WEIGHTS, speeds, strict=True)]
+    wall = {**WALL, "by_weight": by_weight, "lasts": [speeds[0], speeds[-1]]}
+    found = find_window(made(wall, up=FREE, down=ROLLS))
+    place = WEIGHTS.index(found["answer"].point["wob"])
+    assert found["answer"].recover.lasts_above == speeds[place]
+    said = f"may stay there above {int(to_rpm(speeds[place]))} rpm"
+    assert any(said in line for line in words_of(found, "field").lines())
+    assert any(said.upper().removesuffix("RPM") in text.upper() for text in warnings(found, "field"))
+    nowhere = {**wall, "by_weight": [{**one, "rotary_speed": None} for one in by_weight]}
+    assert find_window(made(nowhere, up=FREE, down=ROLLS))["answer"].recover.lasts_above is None
+
+
+def to_rpm(speed: float) -> float:
+    return from_si(speed, "rpm")
 
 
 AGAIN = "if it goes on, pick up, stop the rotation, start again."

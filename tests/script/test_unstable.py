@@ -70,3 +70,28 @@ def test_chaos_and_errors_are_no_unstable_motion():
     exponent = np.array([0.1, 0.1, 0.1, 0.02, 0.1, np.nan])
     error = np.array([0.01, 0.01, 0.01, 0.01, 0.04, np.nan])
     assert is_unstable(motion, exponent, error, 100.0).tolist() == [True, True, False, False, False, False]
+
+
+def test_a_start_that_rests_on_its_head_is_on_no_attractor(upright):
+    """Of four starts two are upright to the last bit: they are none of a free motion."""
+    plane = {"x": (0.0, 0.1, 2), "q": (0.0, 0.3, 2)}
+    with pytest.warns(nsdrill.RunWarning, match="AN UNSTABLE MOTION"):
+        data = nsdrill.run(
+            upright.study(slice=plane, transient=200, observe=200, exponent=True, poincare=64), progress=False
+        )
+    (point,) = nsdrill.attractors(data)
+    numbers = [point[name] for name in ("starts", "known", "failed", "doubtful", "ungrouped")]
+    assert numbers == [4, 2, 0, 2, 0]
+    assert {one["response"] for one in point["attractors"]} == {"fallen"}
+    assert sum(one["share"] for one in point["attractors"]) == 1.0
+    shown = nsdrill.show(data).split("Attractors,")[1]
+    assert "no critical response" not in shown
+    assert "2 of 4 starts off speed or on an unstable motion: not known" in shown
+    basin = figure_words(nsdrill.plot(data, "basin"))
+    assert "not known (2 of 4 starts, 0 failed)" in basin
+    assert "no critical response" not in basin
+
+
+def figure_words(figure):
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
+    return " ".join(text.get_text() for legend in legends for text in legend.get_texts())

@@ -255,7 +255,7 @@ def of_wall(low_side: str | None = None, ends: tuple[float, float | None] | None
         ({}, "not known at which speeds off bottom the collar reaches the wall"),
         (of_wall(), "none off bottom the collar reaches the wall at no speed that is known"),
         (of_wall(ends=(7.0, 7.3)), "66 to 70 rpm off bottom the collar reaches the wall"),
-        (of_wall(ends=(7.0, None)), "above 66.8 rpm off bottom the collar reaches the wall"),
+        (of_wall(ends=(7.0, None)), "above 66 rpm off bottom the collar reaches the wall"),
         (of_wall("everywhere"), "at every speed the collar lies on the low side of the hole"),
     ],
 )
@@ -328,7 +328,7 @@ def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
     """With a usual one stick-slip lasts to 95 rpm, within what to stay within, whatever makes it a hint."""
     onset = {**NOTHING_BEGINS, "name": "stick_slip_onset", "words": "the onset", "lasts": None, "from": SPEEDS[0]}
     onset |= {"min": 1.0, "max": 1.0, "weights": [0.0, 1e6]}
-    ends = [{"wob": wob, "now": 6.0, "usual": to_si("95 rpm", "rad/s")} for wob in WEIGHTS]
+    ends = [{"wob": wob, "at": {}, "now": 6.0, "usual": to_si("95 rpm", "rad/s")} for wob in WEIGHTS]
     damping = {"key": "drillstring.torsional_damping", "value": 50.0, "usual": 20.0, "ratio": 0.08}
     one = made(onset if begins_above else WALL, up=["......w"] * 5, down=FREE)
     damped = {DAMPING: json_text({**damping, "is_default": False, "lasts": ends})}

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.analysis.basis import Basis, basis_of, data_of_basis
 from nsdrill.analysis.chains import SLACK, Chain, chain_of
 from nsdrill.analysis.graded import Graded
-from nsdrill.analysis.grades import lasting
+from nsdrill.analysis.grades import lasting, lasts_above
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.off_bottom import drag_off_bottom, torsional_period
 from nsdrill.analysis.planes import Cell, along_axis, planes_of
@@ -76,7 +76,7 @@ class Border:
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
     outside: bool = False
-    """Whether one does not drill there, whatever it does."""
+    """Whether one does not drill there; it has a grade where it is not free, too."""
     by_trial: bool = False
     """Whether a trial met the responses, and the map did not."""
     is_jumped: bool = False
@@ -811,7 +811,7 @@ def _border(
         over = [(*there[:depth], level, *there[depth + 1 :]) for level in range(levels.start, levels.stop)]
         there = next((one for one in over if not maps.allowed[one]), there)
     if maps.outside is not None and maps.outside[there]:
-        return Border(float(values[index]), outside=True)
+        return _border_outside(replace(maps, outside=None), cell, place, index, levels, seen_from)
     if maps.is_left_out(there):  # type: ignore[arg-type]
         return Border(float(values[index]), is_unsettled=True)
     grade = Grade(int(maps.grade[there]))
@@ -840,6 +840,18 @@ def _border(
         is_started=is_started,
         free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
+
+
+def _border_outside(
+    maps: Graded, cell: Cell, place: int, index: int, levels: slice | None, seen: Cell | None
+) -> Border:
+    """A border beyond which one does not drill, of ``maps`` of all points: what a string that is brought
+    in through there meets is told all the same, and nothing of what is free."""
+    values = maps.values((maps.third, maps.y, maps.x)[place])
+    there = tuple(index if axis == place else at for axis, at in enumerate(cell))
+    found = _border(maps, cell, place, index, levels, seen)
+    is_free = bool(maps.allowed[there]) and not (found.is_jumped or found.is_gap)
+    return Border(float(values[index]), outside=True) if is_free else replace(found, outside=True)
 
 
 def _free_starts(maps: Graded, cell: Cell) -> tuple[int, int]:
@@ -926,8 +938,9 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     """What the way down says of a vibration that was met at the point or above it, along the axis
     along which the state is carried: within the limits, too, what is free from below may vibrate on the
     way down. None where no way down was run along an axis of the map."""
-    speeds = [one["lasts"][0] for one in lasting(maps.results) if one["name"] == "wall_speed" and one["lasts"]]
-    above = float(speeds[0]) if speeds else None
+    wob = {**maps.results.held, **_values(maps, cell)}.get("wob")
+    ends = [found for one in lasting(maps.results) if one["name"] == "wall_speed" and (found := lasts_above(one, wob))]
+    above = float(ends[0][0]) if ends else None
     along = maps.along or maps.x
     if (
         "down" not in maps.ways

@@ -195,17 +195,20 @@ def _assign_unsettled(vectors: Array, tolerance: float, kinds: Array, group: Arr
 
 
 def describe(
-    variables: Mapping[str, Array], features: Sequence[str]
+    variables: Mapping[str, Array], is_known: Array, features: Sequence[str]
 ) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
     """For each operating point its attractors, by falling share, and the numbers of
     ``starts``: all, ``known`` ones, on a known attractor, ``failed``, ``pending``,
-    ``unsettled`` and ``ungrouped`` ones.
+    ``unsettled``, ``doubtful`` and ``ungrouped`` ones.
     ``variables`` are arrays (operating points, starts) with ``attractor`` and
-    ``settled``; of ``features`` those that are among them are summarised."""
+    ``settled``, and ``is_known`` one of the runs that are known
+    (:func:`nsdrill.analysis.safety.known_runs`): one that ended well and is not is
+    doubtful, and on no attractor, as what it shows is not what a real system keeps doing
+    there. Of ``features`` those that are among the variables are summarised."""
     for i, status in enumerate(variables["status"]):
-        ended_well = status == OK
+        ended_well, counted = status == OK, (status == OK) & is_known[i]
         at_point = {name: values[i] for name, values in variables.items()}
-        at_point["attractor"] = np.where(ended_well, at_point["attractor"], 0)
+        at_point["attractor"] = np.where(counted, at_point["attractor"], 0)
         groups, members = np.unique(at_point["attractor"][at_point["attractor"] > 0], return_counts=True)
         numbers = groups[np.argsort(-members, kind="stable")].tolist()
         runs = Counts.over(knowledge(status, at_point["attractor"] > 0)).at()
@@ -213,7 +216,8 @@ def describe(
             "starts": len(status),
             **{name: runs[name] for name in ("known", "failed", "pending")},
             "unsettled": int(np.count_nonzero(ended_well & (at_point["settled"] == 0))),
-            "ungrouped": int(np.count_nonzero(ended_well & (at_point["attractor"] == 0))),
+            "doubtful": int(np.count_nonzero(ended_well & ~counted)),
+            "ungrouped": int(np.count_nonzero(counted & (at_point["attractor"] == 0))),
         }
         yield [_attractor(number, at_point, runs, features) for number in numbers], counts
 
@@ -223,7 +227,8 @@ def _attractor(number: int, at_point: Mapping[str, Array], runs: Answer, feature
     members = int(np.count_nonzero(is_member))
     first_member = int(np.argmax(is_member))
     low, high = wilson(members, runs["of"], runs["of"] - runs["known"])
-    motion, period = _majority_motion(at_point, is_member) if "motion" in at_point else (None, None)
+    has_motion = {"motion", "period"} <= at_point.keys()  # pictures may read the first alone
+    motion, period = _majority_motion(at_point, is_member) if has_motion else (None, None)
     medians = {name: float(np.median(at_point[name][is_member])) for name in features if name in at_point}
     return Attractor(
         number,

@@ -9,13 +9,15 @@ import numpy as np
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, classes
 from nsdrill.analysis.planes import axes_of, stretches
-from nsdrill.analysis.safety import told_responses
+from nsdrill.analysis.safety import told_responses, unseen_responses
 from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.choices import in_words
 from nsdrill.models.responses import Response
 
+# what lies beyond an end that is no border: the sweep ends there, or a run is not known
+NO_BORDER = ("edge", "outside", "failed", "pending", "open", "unknown")
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
 
@@ -32,10 +34,13 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     - ``open_points``: at how many of all points of ``a`` and of ``b`` a run is not known;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
-      values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
+      values in ``a`` and ``b``, how far it ``moved``, ``at_least`` so far where one of the two
+      is no border (:data:`NO_BORDER`), and what lies beyond: the
       ``responses_a`` and ``responses_b``, and ``why_a`` and ``why_b``, as of a side of
       a window (``edge`` beyond the map). An end is None where the interval is only in
-      the other; its responses are then those that occur there instead;
+      the other; its responses are then those that occur there instead. ``moved`` is None
+      there, and where no border is known to have moved, as at two ends of sweeps;
+    - ``same_steps``: whether the two have the same values where their ranges overlap;
     - ``onsets``: for each line, way and response, the intervals in which it occurs in
       ``a`` and in ``b``, by their first and last value, and ``a_unknown`` and
       ``b_unknown``, those in which a run is not known;
@@ -77,6 +82,7 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "open_points": {side: int(np.count_nonzero(_is_open(one))) for side, one in zip("ab", maps, strict=True)},
         "responses": _responses(maps, places),
         "borders": _borders(maps, places),
+        "same_steps": _have_same_steps(*maps),
         "onsets": _onsets(maps, places),
         "rate": _rates(maps, places, safe[0] & safe[1], windows),
         "most_probable": _most_probable(windows),
@@ -93,15 +99,20 @@ def _places(a: Classes, b: Classes) -> tuple[tuple[Array, ...], tuple[Array, ...
 
 def _responses(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> Answer:
     """At how many of the common points each response is known to occur, in ``a`` and in ``b``;
-    None where it was met at none of them, and of none all is known."""
+    None where it was met at none of them, and of none all is known, or where these results
+    cannot show it."""
     bits = [one.bits[np.ix_(*place)].astype(int) for one, place in zip(maps, places, strict=True)]
     is_open = [_is_open(one)[np.ix_(*place)] for one, place in zip(maps, places, strict=True)]
 
-    def number(side: int, bit: int) -> int | None:
+    unseen = [unseen_responses(one.results.attrs) for one in maps]
+
+    def number(side: int, name: str, bit: int) -> int | None:
+        if name in unseen[side]:
+            return None
         met = int(np.count_nonzero(bits[side] & bit))
         return None if not met and is_open[side].size and np.all(is_open[side]) else met
 
-    return {name: {"a": number(0, one.bit), "b": number(1, one.bit)} for name, one in _told(maps).items()}
+    return {name: {"a": number(0, name, one.bit), "b": number(1, name, one.bit)} for name, one in _told(maps).items()}
 
 
 def _is_open(one: Classes) -> Array:
@@ -149,7 +160,7 @@ def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, 
                 row[side_name] = {
                     "a": ends[0],
                     "b": ends[1],
-                    "moved": None if ends[0] is None or ends[1] is None else ends[1] - ends[0],
+                    **_move(ends, [one["why"] for one in found], step),
                     **{
                         f"{name}_{side}": one[name]
                         for name in ("responses", "why")
@@ -158,6 +169,33 @@ def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, 
                 }
             rows.append(row)
     return rows
+
+
+def _move(ends: list[float | None], why: list[str], outwards: int) -> Answer:
+    """How far a border ``moved`` between two ends of an interval, from what lies beyond
+    each, and whether ``at_least`` so far. Where nothing is known beyond an end, the
+    border lies there or further ``outwards`` (-1 or 1)."""
+    a, b = ends
+    is_border = [one not in NO_BORDER for one in why]
+    if a is None or b is None or not any(is_border):
+        return {"moved": None, "at_least": False}
+    moved = b - a
+    if all(is_border):
+        return {"moved": moved, "at_least": False}
+    is_known = moved * outwards < 0.0 if is_border[1] else moved * outwards > 0.0
+    return {"moved": moved if is_known else None, "at_least": is_known}
+
+
+def _have_same_steps(a: Classes, b: Classes) -> bool:
+    """Whether the two have the same values of each axis wherever both were swept."""
+    for axis in filter(None, (a.third, a.y, a.x)):
+        sides = [np.asarray(one.values(axis), float) for one in (a, b)]
+        low, high = max(side.min() for side in sides), min(side.max() for side in sides)
+        slack = 1e-9 * max(abs(low), abs(high))
+        first, second = (side[(side >= low - slack) & (side <= high + slack)] for side in sides)
+        if len(first) != len(second) or not np.allclose(first, second, rtol=1e-9, atol=0.0):
+            return False
+    return True
 
 
 Span = tuple[int, int]

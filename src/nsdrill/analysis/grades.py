@@ -105,6 +105,15 @@ def lasting(results: Results) -> list[Answer]:
     return found
 
 
+def lasts_above(one: Answer, wob: float | None) -> list[float] | None:
+    """The least and the greatest speed [rad/s] above which one of :func:`lasting` may last at a
+    weight ``wob`` [N], and where that is not told by weight, over the whole study; None where
+    it cannot."""
+    here = [row["rotary_speed"] for row in one.get("by_weight", ()) if row["wob"] == wob]
+    found: list[float] | None = one["lasts"] if not here else None if here[0] is None else [here[0], here[0]]
+    return found
+
+
 WIDE = 0.5  # of initial.spread: 1 is from a bit at rest to one at twice the speed, and as far as the wall
 
 
@@ -174,7 +183,7 @@ def _met(results: Results, labels: Array, along: int) -> Array:
         response, kind = MET.get(one["name"], (None, None))
         if not one["lasts"] or response is None:
             continue
-        begins = _lasts_above(one, results, everything.ndim)
+        begins = _lasts_above_in(one, results, everything.ndim)
         name = RESPONSES[response].kind
         if kind is not None and name is not None and name.name in results.variables:
             there = results[name.name][down] == (name.flag_meanings or "").split().index(kind)
@@ -184,14 +193,13 @@ def _met(results: Results, labels: Array, along: int) -> Array:
     return everything
 
 
-def _lasts_above(one: Answer, results: Results, dimensions: int) -> Array:
+def _lasts_above_in(one: Answer, results: Results, dimensions: int) -> Array:
     """The speed [rad/s] above which a motion may last at the weight of each point, infinite
     where it cannot; where that is not told by weight, the least over all of them."""
-    by_weight = {row["wob"]: row["rotary_speed"] for row in one.get("by_weight", ())}
-    weights = np.asarray(results.coords["wob"], dtype=float).tolist() if "wob" in results.axes else []
-    if not weights or any(wob not in by_weight for wob in weights):
+    if "wob" not in results.axes:
         return np.asarray(float(one["lasts"][0]))
-    above = np.array([math.inf if by_weight[wob] is None else by_weight[wob] for wob in weights])
+    ends = [lasts_above(one, wob) for wob in np.asarray(results.coords["wob"], dtype=float).tolist()]
+    above = np.array([math.inf if found is None else found[0] for found in ends])
     return along_axis(above, results.axes.index("wob"), dimensions)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from nsdrill.analysis.counts import TURNED, Counts, after_failure, knowledge, known, off_speed
 from nsdrill.analysis.unstable import FOLLOWED, unstable
-from nsdrill.data import Answer, Array, Attributes, Results
+from nsdrill.data import Answer, Array, Attributes, Results, frozen_modes
 from nsdrill.models.registry import model_in, responses_in
-from nsdrill.models.responses import RESPONSES, SEVERITIES, Response, severity_labels, ungraded
+from nsdrill.models.responses import OF_MOTION, RESPONSES, SEVERITIES, Response, severity_labels, ungraded
 from nsdrill.observe.motion_kinds import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.records import dataclass
 from nsdrill.variables import INFERRED, OK, PENDING
@@ -79,6 +79,18 @@ def told_responses(attrs: Attributes) -> dict[str, Response]:
     those that its model cannot show, and its own."""
     model = model_in(attrs)
     return {**(RESPONSES if model.drills else {}), **model.critical}
+
+
+def unseen_responses(attrs: Attributes) -> dict[str, str]:
+    """Which of these the results cannot show, so that nothing is known of them, with why:
+    their model has none, or the motion of it is frozen."""
+    model, frozen = model_in(attrs), frozen_modes(attrs)
+    unseen = {name: f"the model {model.name} has none" for name in told_responses(attrs) if name not in model.critical}
+    for motion in frozen:
+        unseen |= {
+            name: f"the {motion} motion is frozen" for name in OF_MOTION.get(motion, ()) if name in model.critical
+        }
+    return unseen
 
 
 # The outcome of each point: its critical responses where they are known.

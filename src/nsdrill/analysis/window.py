@@ -23,7 +23,7 @@ from nsdrill.analysis.off_bottom import wall_off_bottom
 from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.safety import counts_of, needed, told_responses
+from nsdrill.analysis.safety import counts_of, needed, told_responses, unseen_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
@@ -294,11 +294,14 @@ def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) 
 
 
 def _outcomes(maps: Classes) -> Answer:
-    """What prevents that points are safe."""
+    """What prevents that points are safe: at how many each response occurs, None of one that these
+    results cannot show."""
+    unseen = unseen_responses(maps.results.attrs)
     return {
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run))),
         "obstacles": {
-            name: int(np.count_nonzero(maps.bits & one.bit)) for name, one in told_responses(maps.results.attrs).items()
+            name: None if name in unseen else int(np.count_nonzero(maps.bits & one.bit))
+            for name, one in told_responses(maps.results.attrs).items()
         },
     }
 
@@ -554,10 +557,10 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     it is not known all the same."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
-    if maps.grades.outside is not None and maps.grades.outside[cell]:
-        return {"why": "outside", "responses": []}
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
-    if why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
+    if maps.grades.outside is not None and maps.grades.outside[cell]:
+        why = "outside"
+    elif why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = _why_unknown(maps, cell)
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"

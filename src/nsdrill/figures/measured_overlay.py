@@ -4,7 +4,7 @@ before and after it, and measured beside predicted values."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -12,6 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nsdrill.analysis.counts import FIT_DOUBTS
 from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, count
@@ -116,11 +117,12 @@ def draw_fit(
     effective: float,
     failed: int = 0,
     units: str = "si",
+    doubts: Sequence[str] = (),
 ) -> Figure:
     """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key,
     in SI, and the ``predicted`` values [samples, points] by name beside those
-    ``measured``; ``effective`` is the effective number of samples of the fit, and ``failed`` the
-    number of those that failed."""
+    ``measured``; ``effective`` is the effective number of samples of the fit, ``failed`` the
+    number of those that failed, and ``doubts`` are those of the fit."""
     check_units(units)
     unknown_rows, names = -(-len(samples) // COLUMNS), [*measured.values]
     rows, with_names = unknown_rows + len(names), measured.points <= MAX_NAMED
@@ -146,7 +148,9 @@ def draw_fit(
     painters = {key: partial(paint_unknown, key) for key in samples}
     painters |= {name: partial(paint_feature, name) for name in names}
     with house_style():
-        page = Page(painters, title, page_width(), height, arrange, lambda panels: _entries(effective, failed), 3)
+        page = Page(
+            painters, title, page_width(), height, arrange, lambda panels: _entries(effective, failed, doubts), 3
+        )
         figure, panels = draw_page(page)
         put_legend(figure, page, panels)
         freeze_layout(figure)
@@ -203,8 +207,9 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _entries(effective: float, failed: int) -> list[Artist]:
+def _entries(effective: float, failed: int, doubts: Sequence[str] = ()) -> list[Artist]:
     lost = f"\nNOT KNOWN: {count(failed, 'sample')} failed, the truth may lie outside" if failed else ""
+    lost += "".join(f"\nDOUBTFUL: {FIT_DOUBTS[name]}" for name in doubts if name != "failed")
     return [
         area_entry(facecolor=GREY, alpha=0.6, label="before: what the study says"),
         area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}{lost}"),

@@ -313,6 +313,10 @@ class Response:
         return 100 * value if self.share else value
 
 
+OF_MOTION = {"axial": ("bit_bounce",), "torsional": ("stick_slip", "stalled"), "lateral": ("whirl",)}
+"""The responses of a drill string that it cannot show without each of its motions."""
+
+
 def own(declared: Response, feature: Variable, place: int, letters: Collection[str]) -> Response:
     """The response that a model declares as its ``place``-th own one, complete: what it
     leaves out follows from its ``feature``. None of the ``letters`` is free for it.

@@ -379,11 +379,12 @@ def attractors(results: ResultsLike) -> list[Answer]:
     -------
     list of dict
         One for each operating point in the order of the results: the values of the axes in SI
-        units, the numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and
-        ``ungrouped`` ones, and ``attractors``, by decreasing share: ``number``, the same for
-        one attractor in all entries, ``response``, ``whirl_kind``, ``motion`` and ``period``
-        where recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended
-        well and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are not
+        units, the numbers of ``starts``, ``known``, ``failed``, ``pending``, ``unsettled``,
+        ``doubtful`` (off speed, or on an unstable motion) and ``ungrouped`` ones, and
+        ``attractors``, by decreasing share: ``number``, the same for one attractor in all
+        entries, ``response``, ``whirl_kind``, ``motion`` and ``period``
+        where recorded, ``members``, ``unsettled`` members, ``share`` of the known
+        starts and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are not
         a sample), and the median ``features`` in SI (None where not finite).
 
     Raises

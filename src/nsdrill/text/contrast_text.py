@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 
 from nsdrill.analysis.advice import RECOMMENDED
+from nsdrill.analysis.contrast import NO_BORDER
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.errors import from_to
@@ -21,7 +22,8 @@ from nsdrill.words.values import WAYS, Formatter, in_order, percent, safe_words
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table
 MAX_KEYS = 6  # in one line
-UNSEEN = ("failed", "pending", "open", "unknown")  # why a point is not safe: it is not known whether it is
+ENDED = ("edge", "outside")  # beyond which nothing was asked
+UNSEEN = tuple(why for why in NO_BORDER if why not in ENDED)  # why a point is not safe: it is not known whether it is
 SINGLE = "not known, as the numbers are single estimates"
 
 
@@ -121,7 +123,8 @@ def _moves(found: Answer, fmt: Formatter) -> str:
     """How far the borders of the window moved on average along the first axis."""
     axis, parts = found["windows"][0]["axes"][0], []
     for end in ENDS:
-        moved = [row[end]["moved"] for row in found["borders"] if row[end]["moved"] is not None]
+        both = [row[end] for row in found["borders"] if not row[end]["at_least"]]
+        moved = [one["moved"] for one in both if one["moved"] is not None]
         if not moved or not any(moved):
             continue
         mean = sum(moved) / len(moved)
@@ -199,11 +202,7 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             f"{' and '.join(histories[1])}. A point may be gained or lost by that alone."
         )
     elif found["study"] and all(row["key"].startswith("sweep.") for row in found["study"]):
-        subject = "string" if described(found["windows"][0]["model"]).drills else "model"
-        yield (
-            f"ONLY THE SWEEP DIFFERS: a and b are the same {subject}. What is gained or lost comes from the steps "
-            f"between the points, from which a motion is carried to the next, not from the {subject}."
-        )
+        yield _only_the_sweep(found)
     sampled = [window["confidence"] is not None for window in found["windows"]]
     if sampled[0] != sampled[1]:
         letter, window = next(pair for pair in zip("ab", found["windows"], strict=True) if pair[1]["samples"])
@@ -222,6 +221,24 @@ def notes(found: Answer, units: str) -> Iterator[str]:
     yield from of_both(*(warnings(window, units) for window in found["windows"]))
 
 
+def _only_the_sweep(found: Answer) -> str:
+    """What the sweep alone may change between two of one string: by its steps, or, where they are
+    the same, by where it begins."""
+    subject = "string" if described(found["windows"][0]["model"]).drills else "model"
+    told = f"ONLY THE SWEEP DIFFERS: a and b are the same {subject}"
+    if not found["same_steps"]:
+        return (
+            f"{told}. What is gained or lost comes from the steps between the points, from which a motion is carried "
+            f"to the next, not from the {subject}."
+        )
+    if found["gained"] or found["lost"]:
+        return (
+            f"{told}, with the same points where both were run. What is gained or lost comes from where a sweep "
+            f"begins, from which a motion is carried on, not from the {subject}. The end of a sweep is no border."
+        )
+    return f"{told}, and agree where both were run. The end of a sweep is no border."
+
+
 def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The two windows side by side: what, in a, in b. A row that neither has is left
     out."""
@@ -235,7 +252,7 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     ]
     for name, response in _responses(found).items():
         if any(window["obstacles"].get(name) for window in windows):
-            numbers = [window["obstacles"].get(name, 0) for window in windows]
+            numbers = [window["obstacles"].get(name) for window in windows]
             rows.append((response.words, list(map(_of_points, windows, numbers, found["open_points"].values()))))
     rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
@@ -263,10 +280,10 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
     ]
 
 
-def _of_points(window: Answer, number: int, unknown: int) -> str:
+def _of_points(window: Answer, number: int | None, unknown: int) -> str:
     """``11 of 19 (57.9 %)``, with the points of which it is ``unknown``."""
     points = window["points"]
-    if not number and unknown == points:
+    if number is None or (not number and unknown == points):
         return "not known"
     text = f"{number} of {points} ({100 * number / points:.1f} %)"
     return f"{text}, not known at {unknown}" if unknown else text
@@ -307,17 +324,23 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
 def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """As :func:`border_rows`, where a border moved, or an interval is only in one."""
     table = zip(found["borders"], border_rows(found, units), strict=True)
-    return [text for row, text in table if any(row[end]["moved"] != 0.0 for end in ENDS)]
+    return [text for row, text in table if any(_has_changed(row[end]) for end in ENDS)]
+
+
+def _has_changed(end: Answer) -> bool:
+    return end["a"] is None or end["b"] is None or bool(end["moved"])
 
 
 def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
     in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"], fmt.model) for side in ("a", "b"))
-    if end["moved"] is None:
+    if end["a"] is None or end["b"] is None:
         side, word, other = ("b", "lost", in_b) if end["b"] is None else ("a", "gained", in_a)
         return f"{'not known' if end[f'why_{side}'] in UNSEEN else word} ({other} in {side})"
     if end["moved"]:
         sign = "+" if end["moved"] > 0 else "-"
-        text = f"{sign}{fmt.value(axis, abs(end['moved']))}"
+        text = f"{sign}{fmt.value(axis, abs(end['moved']))}{' or more' if end['at_least'] else ''}"
+    elif end["moved"] is None:
+        text = "not known" if in_a != in_b or end["why_a"] in UNSEEN else "no border"
     else:
         text = "same"
     return f"{text} ({in_a if in_a == in_b else f'{in_a}, now {in_b}'})"

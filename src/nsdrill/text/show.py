@@ -435,6 +435,10 @@ def _point_lines(point: Answer, units: str, model: str) -> list[str]:
     for name in ("failed", "pending"):
         if point[name]:
             lines.append(f"   {point[name]} of {point['starts']} starts {name}: on which attractor is not known")
+    if point["doubtful"]:
+        lines.append(
+            f"   {point['doubtful']} of {point['starts']} starts off speed or on an unstable motion: not known"
+        )
     if point["ungrouped"]:
         lines.append(f"   {point['ungrouped']} of the starts not yet grouped")
     return lines

@@ -208,16 +208,20 @@ def _unknown_lines(summary: Answer, units: str) -> Iterator[str]:
     for row in summary["unknowns"]:
         numbers, unit = _in_shown_unit(row["key"], row["prior"] + row["posterior"], row["units"], units)
         before, after = (f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5])))
-        information = f"{100 * row['width']:.0f} % of the width before: {INFORMATION_WORDS[row['told']]}"
+        information = f"{100 * row['width']:.0f} % of the width before: {_information(row, summary['doubts'])}"
         yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
 
 
-INFORMATION_WORDS = {
-    "well": "determined",
-    "partly": "partly determined",
-    "not": "NOT DETERMINED by these data",
-    "unknown": "NOT KNOWN, as samples failed",
+INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
+WHY_UNKNOWN = {  # by the doubt of the fit
+    "failed": "as samples failed",
+    "unmatched": "as no run gives the data",
 }
+
+
+def _information(row: Answer, doubts: Sequence[str]) -> str:
+    """What the data tell of an unknown, in words."""
+    return f"NOT KNOWN, {WHY_UNKNOWN[doubts[0]]}" if row["told"] == "unknown" else INFORMATION_WORDS[row["told"]]
 
 
 def _feature_lines(summary: Answer, units: str) -> Iterator[str]:

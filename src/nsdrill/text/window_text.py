@@ -14,7 +14,7 @@ from nsdrill.errors import count, from_to
 from nsdrill.models.registry import described
 from nsdrill.text.words import label_of, overrides_text
 from nsdrill.words import trial_words
-from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of, would_help
+from nsdrill.words.answer import shown_first, warnings, words_of, would_help
 from nsdrill.words.values import ORDER, Formatter, drilling, in_order, percent, reached
 
 SIDES = ("less", "more")
@@ -34,7 +34,7 @@ def lines(summary: Answer, units: str, everything: bool = False) -> Iterator[str
     if (found := summary["answer"].trials) is not None:
         yield ""
         yield from (f"  {line}" for line in trial_words.lines(found, words.along, words.fmt))
-    shown = told if everything else told[:MOST_WARNINGS]
+    shown = told if everything else told[: shown_first(told)]
     if shown:
         yield ""
     for warning in shown:

@@ -59,15 +59,7 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import (
-    MOST_WARNINGS,
-    needed_for_words,
-    of_drag,
-    of_lumped,
-    of_unmodelled,
-    warnings,
-    would_help,
-)
+from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -197,7 +189,7 @@ def one_page(
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
-    small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
+    small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
     scale, room = _scale(paper, do, do_not, small, len(rows))
     is_setting = first.advice.kind in RECOMMENDED
     is_setting &= first.advice.unsettled is None
@@ -660,7 +652,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 def _rest(told: Sequence[str], one: Sheet) -> str:
     """The limits of validity, how many runs it rests on, and how many warnings are left
     out."""
-    left = len(told) - MOST_WARNINGS
+    left = len(told) - shown_first(told)
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
     by_response = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
     decisive = ", ".join(words for name, words in by_response.items() if name in one.responses)

@@ -36,7 +36,7 @@ from nsdrill.web.html_page import escaped, image, item_list, paragraph, table, w
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 from nsdrill.words import trial_words
-from nsdrill.words.answer import MOST_WARNINGS, chosen_map, is_hint, limit, warnings, words_of, would_help
+from nsdrill.words.answer import chosen_map, is_hint, limit, shown_first, warnings, words_of, would_help
 from nsdrill.words.labels import quantity, way_word
 from nsdrill.words.values import Formatter, drilling, in_order, percent
 
@@ -111,13 +111,14 @@ def file_answer(
         told = warning_list(filter(None, [edited_words(results.attrs)]))
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + told + bounds
     said, warned = words_of(window, units), list(warnings(window, units))
+    first = shown_first(warned)
     sentence = said.sentence()
     answered = tried["answer"] if tried else None
     how: dict[str, Any] = {"severity": severity, "confidence": confidence, "tried": answered}
     pieces = [
         paragraph(sentence, "answer"),
         item_list([*said.lines(), *would_help(window, units)], "lines"),
-        "" if compared else warning_list(warned[:MOST_WARNINGS]),
+        "" if compared else warning_list(warned[:first]),
         bounds,
         _borders(window, units),
         _trials(window, units),
@@ -127,8 +128,8 @@ def file_answer(
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         level = window["confidence"]
         pieces.append(picture(results, "probability", "How probable each outcome is", units, confidence=level))
-    if not compared and len(warned) > MOST_WARNINGS:
-        pieces += [paragraph("What else one must know:"), warning_list(warned[MOST_WARNINGS:])]
+    if not compared and len(warned) > first:
+        pieces += [paragraph("What else one must know:"), warning_list(warned[first:])]
     return "".join(pieces)
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from nsdrill.analysis.advice import Advice, First, Kind, Unsettled
 from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.doubts import told_in_capitals
+from nsdrill.analysis.grades import lasts_above
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
@@ -144,6 +145,8 @@ def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> st
         "unknown": "no severity is known",
         "outside": "not drilled",
     }
+    if why == "outside":
+        return ", ".join(filter(None, (words[why], response_words(responses, model))))
     otherwise = {"distrusted": "the checks disagree", "rim": "near a limit"}.get(why, "critical")
     return words.get(why) or response_words(responses, model) or otherwise
 
@@ -166,6 +169,13 @@ def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
 
 
 MOST_WARNINGS = 3  # beside an answer, unless all are asked for
+DRILLED = "DRILLED WITHIN"
+
+
+def shown_first(told: Sequence[str]) -> int:
+    """How many of the warnings stand beside an answer: where one drills, which was asked for, takes the
+    place of no other."""
+    return MOST_WARNINGS + any(text.startswith(DRILLED) for text in told[: MOST_WARNINGS + 1])
 
 
 def warnings(summary: Answer, units: str) -> Iterator[str]:
@@ -207,7 +217,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
         yield (
-            f"DRILLED WITHIN {drilled} only: {count(within['run_up'], 'other point')} free of vibration "
+            f"{DRILLED} {drilled} only: {count(within['run_up'], 'other point')} free of vibration "
             f"{'is' if within['run_up'] == 1 else 'are'} run-up, and not allowed."
         )
     if summary[UNREAD]:
@@ -574,10 +584,13 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
         for end in ("now", "usual")
     )
     whose = "THE DEFAULT DAMPING" if found["is_default"] else "THE DAMPING"
+    where = ", ".join(
+        fmt.value(axis, lasts[axis] if axis == "wob" else lasts["at"][axis]) for axis in ("wob", *lasts["at"])
+    )
     yield (
         f"{whose} OF TORSION IS UNUSUAL: its ratio is {found['ratio']:.2g}, and strings have {LOW:g} to {HIGH:g}. "
         f"With {USUAL:g}, {quantity(found['key']).text(found['usual'], fmt.system, 3)} ({found['key']}), stick-slip by "
-        f"torsion alone lasts up to {then} at {fmt.value('wob', lasts['wob'])}, with that of the study up to {now}. "
+        f"torsion alone lasts up to {then} at {where}, with that of the study up to {now}. "
         "Run the study with it."
     )
 
@@ -628,8 +641,7 @@ def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: I
     at = {**summary["fixed"], **point}
     speed = at.get("rotary_speed", -math.inf)
     for one in summary["lasting_motions"]:
-        here = [row["rotary_speed"] for row in one.get("by_weight", ()) if row["wob"] == at.get("wob")]
-        lasts = one["lasts"] if not here else None if here[0] is None else [here[0], here[0]]
+        lasts = lasts_above(one, at.get("wob"))
         if one["name"] in names and one["from"] is None and lasts and lasts[0] < speed:
             yield (
                 f"{one['told']} {fmt.above(one['axis'], lasts)}: the best point is safe only while "
@@ -681,3 +693,9 @@ def before_trials(summary: Answer) -> list[str]:
 def notes(summary: Answer, units: str) -> list[str]:
     """The warnings without their advice, for a picture."""
     return [f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(summary, units)]
+
+
+def first_notes(summary: Answer, units: str) -> list[str]:
+    """Those of :func:`notes` that stand beside an answer."""
+    told = notes(summary, units)
+    return told[: shown_first(told)]

@@ -111,9 +111,10 @@ class Formatter:
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
     def above(self, axis: str, speeds: list[float]) -> str:
-        """``above 33 rpm``, of the least and the greatest of speeds, or of one; ``at any speed``
-        of zero."""
-        return f"above {self.range(axis, [speeds[0], speeds[-1]])}" if speeds[-1] > 0.0 else "at any speed"
+        """``above 33 rpm``, of the least and the greatest of speeds, or of one, rounded down, as what
+        begins there is to keep out of; ``at any speed`` of zero."""
+        low, high = (self.outwards(axis, end, end)[0] for end in (speeds[0], speeds[-1]))
+        return f"above {self.range(axis, [low, high])}" if high > 0.0 else "at any speed"
 
     def inwards(self, axis: str, low: float, high: float) -> tuple[float, float]:
         """The ends of a range as a driller can set them, rounded inwards: to 1 rpm or 0.1 rad/s

@@ -709,10 +709,12 @@ class Words:
         at = f"at {self.fmt.value(axis, border.value)}"
         if border.beside is not None:
             at += f" and {self.fmt.value(*border.beside)}"
+        if border.outside and border.grade is None and not border.is_unsettled:
+            return f"{at} it is not drilled, as asked"
+        if border.outside:
+            at += ", not drilled,"
         verbs = self.verbs_of(border.responses)
         down = "started there" if border.is_started else self._down
-        if border.outside:
-            return f"{at} it is not drilled, as asked"
         if border.is_unsettled:
             return f"{at} a motion was still changing"
         if border.is_on_wall and self.advice.way_in is not None:
@@ -982,8 +984,7 @@ class Words:
         found = self.advice.recover
         if found is None or found.lasts_above is None:
             return ""
-        low, _ = self.fmt.outwards("rotary_speed", found.lasts_above, found.lasts_above)
-        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [low])}"
+        return f"; a collar on the wall may stay there {self.fmt.above('rotary_speed', [found.lasts_above])}"
 
     def may_stay_on_wall(self) -> bool:
         """Whether the wall may hold a collar at the speed to which a vibration was lowered, and no

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe
+from nsdrill.analysis.safety import known_runs
 from nsdrill.app.answering.answers import path_of
 from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.data import Answer
@@ -27,10 +28,10 @@ def attractors(source: Source) -> list[Answer]:
 
     A list with one entry for each operating point in the order of the file: its values,
     ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] of a drill string, the numbers of ``starts``, ``known``,
-    ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
-    share: ``number``, the same for one attractor in all entries, ``response``,
-    its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
-    members, ``share`` of the known starts and its 95 % interval ``low`` to
+    ``failed``, ``pending``, ``unsettled``, ``doubtful`` (off speed, or on an unstable motion) and
+    ``ungrouped`` ones, and ``attractors``, by falling share: ``number``, the same for one
+    attractor in all entries, ``response``, its kinds, ``motion`` and ``period`` where recorded,
+    ``members``, ``unsettled`` members, ``share`` of the known starts and its 95 % interval ``low`` to
     ``high`` (None in a slice, whose starts are not a sample), and the median
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.
@@ -52,6 +53,7 @@ def attractors(source: Source) -> list[Answer]:
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
     sampled, without = not results.slice, () if model_in(results.attrs).drills else RESPONSE_KINDS
+    is_known = known_runs(results).reshape(-1, starts)
     places, named = np.ndindex(*results.shape[1:-1]), named_in(results.attrs)
     return [
         {
@@ -65,7 +67,7 @@ def attractors(source: Source) -> list[Answer]:
                 for one in found
             ],
         }
-        for place, (found, counts) in zip(places, describe(flat, features), strict=True)
+        for place, (found, counts) in zip(places, describe(flat, is_known, features), strict=True)
     ]
 
 

@@ -19,6 +19,7 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.models.choices import word_at
 from nsdrill.models.damped import KEY, Damping, with_usual
+from nsdrill.models.numbers import FOLD_ERROR
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import values_at, values_in_parts
 from nsdrill.study.study import Study, study_from_resolved
@@ -134,19 +135,23 @@ def damping_of_torsion(results: Results) -> Answer | None:
     """The damping of torsion of results, where it is unusual of a string: its ``key``, ``value``
     and the ``usual`` one [N m s/rad], the ``ratio``, whether it ``is_default``, and up to which
     speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
-    with the ``usual`` one, null where it lasts at every speed; None where it is usual."""
+    with the ``usual`` one, with the error of its fold as :func:`stick_slip_lasts`, null where it
+    lasts at every speed, and the values ``at`` which that is of the other axes that are swept;
+    None where it is usual."""
     text = str(results.attrs.get("study_resolved") or "")
     study = with_samples(_study(text), results)
     found = unusual_damping(study)
     if found is None:
         return None
     weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
+    others = [name for name in results.swept if name not in ("wob", SPEED)]
+    at = {name: float(results.coords[name][0]) for name in others if name in results.certain_axes}
     return {
         "key": KEY,
         **found._asdict(),
         "is_default": found.value == attrgetter(KEY)(study.model.parameters()),
         "lasts": [
-            {"wob": wob, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
+            {"wob": wob, "at": at, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
             for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
         ],
     }
@@ -163,7 +168,9 @@ def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[
     first = {name: float(values[0]) for name, values in study.axes.items()}
     depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
     now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
-    speeds = [float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])]
+    speeds = [
+        FOLD_ERROR * float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])
+    ]
     ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
     return [
         (wob, {"now": one, "usual": other})

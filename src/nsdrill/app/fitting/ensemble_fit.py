@@ -102,8 +102,8 @@ class Fit:
         from nsdrill.figures.measured_overlay import draw_fit
 
         note = self.note
-        about = note["effective"], note["failed"]
-        return draw_fit(note["title"], self.measured, self.prior, self.samples, self.predicted, *about, units)
+        about = note["effective"], note["failed"], units, note["doubts"]
+        return draw_fit(note["title"], self.measured, self.prior, self.samples, self.predicted, *about)
 
 
 def fit(
@@ -166,10 +166,10 @@ def fit(
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _fit_summary(study, measured, keys, fitted, by_name)
     note |= _not_known(measured, fitted, all_found, note["left_out"])
-    if note["failed"]:
-        note["unknowns"] = _without_credit(note["unknowns"])
     note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
     note["doubts"] = _doubts(note)
+    if {"failed", "unmatched"} & set(note["doubts"]):
+        note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -347,8 +347,9 @@ def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior
 
 
 def _without_credit(unknowns: list[Answer]) -> list[Answer]:
-    """What the data tell of each unknown where samples failed: that it is determined is not
-    known, as those that failed may agree with the data better than all others."""
+    """What the data tell of each unknown where samples failed, or no run gives the data: that it is
+    determined is not known, as those that failed may agree with the data better than all others,
+    and intervals about what does not agree mean little."""
     return [row if row["told"] == "not" else row | {"told": "unknown"} for row in unknowns]
 
 

@@ -14,18 +14,25 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from nsdrill.analysis.attractors import Attractor, describe
+from nsdrill.analysis.attractors import Attractor
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.figures.cells import hatch
-from nsdrill.figures.kinds.start_pictures import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
+from nsdrill.figures.kinds.start_pictures import (
+    ATTRACTOR_VARIABLES,
+    UNGROUPED,
+    UNKNOWN_HATCH,
+    by_operating_point,
+    described_starts,
+)
 from nsdrill.figures.page import area_entry, marker_entry
 from nsdrill.figures.painters import Page
 from nsdrill.figures.panels import draw_codes
 from nsdrill.figures.picture_kinds import STARTS, Kind, has_starts, needs_starts
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import Properties, ResponseStyle, further_colour, page_width, styles_of
-from nsdrill.models.registry import BY_NAME, drawn_in, model_in
+from nsdrill.models.registry import BY_NAME, drawn_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.variables import OK, has_failed
 from nsdrill.words.labels import quantity, sweep_title
@@ -34,7 +41,7 @@ BASIN_HEIGHT = 4.4
 # attractors with an entry of their own in the legend: their greatest number, and their
 # least share
 MAX_NAMED, MIN_SHARE = 8, 0.005
-OTHER_CELLS, FAILED_CELLS, OTHER_DOTS = "#F2F2F2", "#FFFFFF", "#808080"
+OTHER_CELLS, UNKNOWN_CELLS, OTHER_DOTS = "#F2F2F2", "#FFFFFF", "#808080"
 UNSETTLED_HATCH = "/////"
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
@@ -47,13 +54,17 @@ def basin(results: Results, units: str = "si", states: Sequence[str] | None = No
             f"plot kind 'basin': found {found_values}; allowed: one operating point. Select it with {options}."
         )
     variables, known_states = by_operating_point(results), results["state"].tolist()
-    ((attractors, counts),) = describe(variables, model_in(results.attrs).distinguishing)
+    ((attractors, counts),) = described_starts(results)
     if counts["ungrouped"]:
         raise InputError(UNGROUPED)
     names, as_cells = _states(results, known_states, states), bool(results.slice)
     styles = styles_of(results.attrs)
     starts = _Starts(
-        variables["attractor"][0].astype(int), variables["status"][0], variables["settled"][0] == 0, attractors, styles
+        np.where(known_runs(results).ravel(), variables["attractor"][0].astype(int), 0),
+        variables["status"][0],
+        variables["settled"][0] == 0,
+        attractors,
+        styles,
     )
     if as_cells:
         by_name = slice_values(Starts(slice=results.slice), tuple(known_states))
@@ -106,9 +117,10 @@ def distinct_colours(attractors: list[Attractor], styles: Sequence[ResponseStyle
 
 
 class _Starts:
-    """The starts and their attractors: of each start the ``number`` of its attractor, its
-    ``status`` and whether it is ``unsettled`` [start]; of the ``named`` attractors, the largest first, their
-    colours and markers; and the ``others``. The ``styles`` are those of the responses."""
+    """The starts and their attractors: of each start the ``number`` of its attractor, 0 where
+    that is not known, its ``status`` and whether it is ``unsettled`` [start]; of the ``named``
+    attractors, the largest first, their colours and markers; and the ``others``. The ``styles``
+    are those of the responses."""
 
     def __init__(
         self,
@@ -120,6 +132,7 @@ class _Starts:
     ) -> None:
         self.styles = styles
         self.number, self.status, self.unsettled = number, status, unsettled & (status == OK)
+        self.unknown = has_failed(status) | ((status == OK) & (number == 0))
         colours = distinct_colours(attractors, styles)
         self.named = list(zip(attractors, colours, MARKERS, strict=False))
         self.others = attractors[len(colours) :]
@@ -128,21 +141,21 @@ class _Starts:
 def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: bool) -> None:
     """Draw a cell for each start, at the values ``x`` and ``y``. The second state of the
     slice varies faster over the starts: ``transposed`` where that lies along y."""
-    # 0: others; 1 ...: those with colours; then: failed, and not run yet.
+    # 0: others; 1 ...: those with colours; then: not known, and not run yet.
     codes = np.zeros_like(starts.number)
     for code, (attractor, _, _) in enumerate(starts.named, 1):
         codes[starts.number == attractor.number] = code
-    codes = np.where(starts.status == OK, codes, len(starts.named) + 1)
+    codes = np.where((starts.status == OK) & ~starts.unknown, codes, len(starts.named) + 1)
 
     def placed(array: Array) -> Array:
         return array.reshape(len(x), len(y)).T if transposed else array.reshape(len(y), len(x))
 
-    codes, unsettled, failed = (placed(array) for array in (codes, starts.unsettled, has_failed(starts.status)))
+    codes, unsettled, unknown = (placed(array) for array in (codes, starts.unsettled, starts.unknown))
     x, y = edges(x), edges(y)
-    colours = [OTHER_CELLS, *(colour for _, colour, _ in starts.named), FAILED_CELLS]
+    colours = [OTHER_CELLS, *(colour for _, colour, _ in starts.named), UNKNOWN_CELLS]
     draw_codes(axes, (x, y), codes, colours, "basins", "basins")
     hatch(axes, (x, y), unsettled, UNSETTLED_HATCH, "black", "unsettled")
-    hatch(axes, (x, y), failed, UNKNOWN_HATCH, "black", "failed")
+    hatch(axes, (x, y), unknown, UNKNOWN_HATCH, "black", "unknown")
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
 
 
@@ -159,13 +172,12 @@ def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
         axes.plot(x[unsettled], y[unsettled], marker=marker, **own, **open_marker)
     rest = np.isin(starts.number, [attractor.number for attractor in starts.others])
     axes.plot(x[rest], y[rest], "o", color=OTHER_DOTS, markersize=0.5 * size, markeredgewidth=0, gid="others")
-    failed = has_failed(starts.status)
-    axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, gid="failed")
+    axes.plot(x[starts.unknown], y[starts.unknown], "kx", markersize=size, markeredgewidth=0.7, gid="unknown")
 
 
 def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
     """Entries for the named attractors with their shares, of dots with their intervals;
-    for the others, and for failed starts."""
+    for the others, and for starts that are not known."""
     entries: list[tuple[str, str, str]] = []
     for attractor, colour, marker in starts.named:
         kinds = (BY_NAME[name].words(value).replace("_", " ") for name, value in attractor.kinds.items() if value)
@@ -177,14 +189,17 @@ def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
         label = f"{count} smaller group{'s' * (count > 1)}, {members} starts"
         entries.append((label, "o", OTHER_CELLS if as_cells else OTHER_DOTS))
     count, unsettled = len(starts.status), int(np.count_nonzero(starts.unsettled))
-    of_failed, of_unsettled = (f"({number} of {count} starts)" for number in (failed, unsettled))
+    of_unsettled, unknown = f"({unsettled} of {count} starts)", int(np.count_nonzero(starts.unknown))
+    unknown_words = f"failed, not known ({failed} of {count} starts)"
+    if unknown > failed:
+        unknown_words = f"not known ({unknown} of {count} starts, {failed} failed)"
     handles: list[Artist]
     if as_cells:
         border: Properties = {"edgecolor": "#808080", "linewidth": 0.3}
         handles = [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
         for number, label, pattern in (
             (unsettled, f"unsettled {of_unsettled}", UNSETTLED_HATCH),
-            (failed, f"failed, not known {of_failed}", UNKNOWN_HATCH),
+            (unknown, unknown_words, UNKNOWN_HATCH),
         ):
             if number:
                 style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.3, "hatch": pattern}
@@ -193,8 +208,8 @@ def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
     handles = [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
     if unsettled:
         handles.append(marker_entry(f"open: unsettled {of_unsettled}", hollow=True))
-    if failed:
-        handles.append(marker_entry(f"failed, not known {of_failed}", "x", "black", edge=0.2))
+    if unknown:
+        handles.append(marker_entry(unknown_words, "x", "black", edge=0.2))
     return handles
 
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
 from nsdrill.analysis.attractors import Attractor, describe, wilson
+from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.figures.page import (
@@ -38,6 +39,7 @@ from nsdrill.words.labels import Shown, quantity, sweep_title
 
 ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
+NOTHING_KNOWN = "No start is on a known attractor: all failed, are off speed, or rest on an unstable motion."
 
 
 def by_operating_point(results: Results) -> dict[str, Array]:
@@ -47,13 +49,19 @@ def by_operating_point(results: Results) -> dict[str, Array]:
     return {name: array.reshape(-1, starts) for name, array in on_grid.items()}
 
 
+def described_starts(results: Results) -> list[tuple[list[Attractor], dict[str, int]]]:
+    """The attractors and the counts of starts of each operating point."""
+    is_known = known_runs(results).reshape(-1, len(results.coords["start"]))
+    return list(describe(by_operating_point(results), is_known, model_in(results.attrs).distinguishing))
+
+
 class Along:
     """The attractors and counts of every operating point along the axis that is swept,
     which has these ``centres`` in the units that are shown."""
 
     def __init__(self, results: Results, units: str) -> None:
         self.results, self.units, self.axis = results, units, results.swept[0]
-        described = list(describe(by_operating_point(results), model_in(results.attrs).distinguishing))
+        described = described_starts(results)
         self.points = [attractors for attractors, _ in described]
         # of each operating point, and of all: starts, known, failed and pending ones
         self.counts = [counts for _, counts in described]
@@ -61,7 +69,8 @@ class Along:
         self.unknown = self.total["starts"] - sum(counts["known"] for counts in self.counts)
         self.attractors = [attractor for attractors in self.points for attractor in attractors]
         if not self.attractors:
-            raise InputError(UNGROUPED)
+            is_open = any(counts["ungrouped"] or counts["pending"] for counts in self.counts)
+            raise InputError(UNGROUPED if is_open else NOTHING_KNOWN)
         self.centres = positions(results, self.axis) / quantity(self.axis, units).scale
         self.styles = styles_of(results.attrs)
         # the responses that occur

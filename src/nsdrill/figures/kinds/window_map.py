@@ -70,7 +70,7 @@ from nsdrill.figures.style import (
 )
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
 from nsdrill.records import dataclass
-from nsdrill.words.answer import MOST_WARNINGS, answer, before_trials, headlines, is_hint, notes, of_both
+from nsdrill.words.answer import answer, before_trials, first_notes, headlines, is_hint, of_both
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter
 
@@ -370,7 +370,7 @@ def window(
     told = _headlines(drawn.numbers, units)
     if text:
         title += f"\n{answer(drawn.numbers, units)}"
-        told = [*before_trials(drawn.numbers), *notes(drawn.numbers, units)[:MOST_WARNINGS]]
+        told = [*before_trials(drawn.numbers), *first_notes(drawn.numbers, units)]
     return Page(
         {name: partial(paint, number) for name, number in zip(names, numbers, strict=True)},
         title,
@@ -448,7 +448,7 @@ def _two(windows: Sequence[Window], names: Sequence[str], units: str, text: bool
     entries += [outline_entry("allowed in a")] if allowed_in_a.any() else []
     entries += windows[0].lines() or windows[1].lines()
     titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
-    told = [(notes(one.numbers, units)[:MOST_WARNINGS] if text else headlines(one.numbers, units)) for one in windows]
+    told = [(first_notes(one.numbers, units) if text else headlines(one.numbers, units)) for one in windows]
     both = of_both(*map(list, told))
     return Page(
         {letter: partial(paint, number) for number, letter in enumerate("ab")},
