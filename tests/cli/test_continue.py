@@ -149,6 +149,7 @@ PART = {
     "stable_ends": [["point", "branch"]],
     "stable_turns": [[]],
     "looked_between": True,
+    "at_one_value": False,
     "end_reason": "the end of the range",
     "special": [],
 }
