@@ -1,5 +1,5 @@
-"""Points where textbook labels do not apply: a system that conserves energy there, and several eigenvalues that cross at
-once."""
+"""Points where textbook labels do not apply: a system that conserves energy there, and
+several eigenvalues that cross at once."""
 
 import numpy as np
 import pytest
