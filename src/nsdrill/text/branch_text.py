@@ -331,6 +331,8 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
         yield f"  stable         {stable or (AT_ONE_VALUE if branch['at_one_value'] else 'nowhere')}"
         if stable and not branch["looked_between"]:
             yield "                 at its points; bifurcations between them are not looked for"
+        elif any("point" in ends for ends in branch["stable_ends"]):
+            yield "                 what ends it at its last point was not located, as at a kink of the equations"
         yield f"  ends           {branch['end_reason']}"
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
