@@ -17,7 +17,7 @@ from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.safety import unseen_responses
-from nsdrill.analysis.unstable import FOLLOWED, is_unstable, observed_for
+from nsdrill.analysis.unstable import FOLLOWED, is_unstable, motion_of, observed_for, resting
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -277,9 +277,12 @@ class Accessor:
     def _is_unstable(self) -> DataArray:
         """Where the motion is one that the slightest disturbance leaves, likewise."""
         status = self._status()
-        if any(name not in self._data for name in FOLLOWED):
+        names = [*FOLLOWED, *resting(model_in(self._data.attrs))]
+        there = {name: self._data[name].transpose(*status.dims).values for name in names if name in self._data}
+        motion = motion_of(there, self._data.attrs)
+        if motion is None or any(name not in there for name in FOLLOWED[1:]):
             return status.copy(data=np.zeros(status.shape, dtype=bool))
-        motion, exponent, error = (self._data[name].transpose(*status.dims).values for name in FOLLOWED)
+        exponent, error = (there[name] for name in FOLLOWED[1:])
         found = is_unstable(motion, exponent, error, observed_for(self._data.attrs))
         return status.copy(data=found) & (status == OK)
 

@@ -223,6 +223,18 @@ def test_the_unknown_that_divides_the_samples_best_is_told():
     assert find_window(made_up(response), confidence=0.9)["answer"].split is None
 
 
+def test_no_unknown_divides_samples_that_it_does_not_decide():
+    """The best of many thresholds divides any samples somehow: of 40 random ones that do not
+    depend on the stiffness it is told in about one of 20."""
+    told, random = 0, np.random.default_rng(3)
+    for _ in range(40):
+        response = np.where(random.random((1, 1, 2, 64)) < [[0.5], [1.0]], WHIRL, 0)
+        results = made_up(response)
+        results.drawn[ROCK] = random.permutation(np.linspace(1e7, 2e7, 64))
+        told += find_window(results, confidence=0.9)["answer"].split is not None
+    assert told <= 5
+
+
 def test_of_the_saltelli_design_two_matrices_count():
     response = np.full((1, 1, 1, 30), WHIRL)  # of one unknown: 10 x (1 + 2)
     response[..., :20] = 0

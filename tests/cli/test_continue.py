@@ -149,6 +149,7 @@ PART = {
     "stable_ends": [["point", "branch"]],
     "stable_turns": [[]],
     "looked_between": True,
+    "at_one_value": False,
     "end_reason": "the end of the range",
     "special": [],
 }
@@ -175,6 +176,8 @@ def test_show_says_where_a_stable_part_is_only_one_of_points():
     text = "\n".join(told({**PART, "words": "whirl on an invariant circle", "looked_between": False}))
     assert "4 rad/s (end of the branch) to 4.5 rad/s (its last point)" in text
     assert "bifurcations between them are not looked for" in text
+    assert "was not located, as at a kink" in "\n".join(told(PART))
+    assert "not located" not in "\n".join(told({**PART, "stable_ends": [["bifurcation", "branch"]]}))
 
 
 def test_a_stable_part_that_turns_back_is_said_with_both_arms():

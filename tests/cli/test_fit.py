@@ -217,7 +217,15 @@ def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
 def test_the_written_study_tells_of_samples_that_failed():
     study = nsdrill.load_study({"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 4}})
     note = {"points": 6, "values": 24, "effective": 9.0, "unknowns": [], "samples": 40}
-    note |= {"unsettled": 0.0, "best_settled": True, "undefined": {}, "notes": [], "doubts": [], "misfit": 1.0}
+    note |= {
+        "unsettled": 0.0,
+        "best_settled": True,
+        "undefined": {},
+        "history": None,
+        "notes": [],
+        "doubts": [],
+        "misfit": 1.0,
+    }
     drawn = {"bit.friction.static": np.array([0.4, 0.5])}
     told = [
         _adjusted_text(study, SimpleNamespace(source="rig.csv"), drawn, note | {"failed": failed}) for failed in (3, 0)
@@ -379,3 +387,22 @@ def test_what_no_run_gives_determines_nothing(call):
     assert " well" not in Path("adjusted.yaml").read_text().split("What the data tell:")[1].split("\n# NO")[0]
     label = "\n".join(str(one.get_label()) for one in _entries(9.0, 0, ["unmatched", "unfinished"]))
     assert "DOUBTFUL: no run gives the data\nDOUBTFUL: too few samples count" in label
+
+
+def test_data_of_a_well_that_came_there_another_way_are_doubtful(call):
+    """One that was slowed to 50 rpm drills on steadily, where every run from rest sticks with the truth."""
+    string = {**STRING, "bit": {"friction": {"static": 0.5, "dynamic": 0.25}}, "operation": {"wob": "60 kN"}}
+    sweep = {"rotary_speed": {"from": "30 rpm", "to": "110 rpm", "points": 9}, "procedure": "up-down"}
+    data = nsdrill.run({**string, "sweep": sweep, "simulation": {"transient": "120 s", "observe": "60 s"}})
+    up, down = (data.isel(procedure=way, rotary_speed=2).squeeze() for way in (0, 1))
+    assert float(down["stick_slip_index"]) < 5.0 < 50.0 < float(up["stick_slip_index"])
+    torque = float(down["surface_torque_max"])
+    Path("field.csv").write_text(f"rotary_speed [rpm], wob [kN], surface_torque_max [N m]\n50, 60, {torque}\n")
+    Path("study.yaml").write_text(PRIOR, encoding="utf-8")
+    given = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    answer = call(*given, "-o", "adjusted.yaml")
+    assert "HISTORY DECIDES at 1 of 1 setting" in answer.out
+    assert "history" in nsdrill.load_study("adjusted.yaml").resolved["uncertain"]["doubts"]
+    fast = f"rotary_speed [rpm], wob [kN], surface_torque_max [N m]\n600, 60, {torque}\n"
+    Path("field.csv").write_text(fast)  # where no stick-slip lasts
+    assert "HISTORY" not in call(*given).out

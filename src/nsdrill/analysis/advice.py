@@ -546,7 +546,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         lines=lines,
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
-        recover=_recover(maps, cell) if drills else None,
+        recover=_recover(maps, cell),
         surface=_surface(maps, cell, ends),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
@@ -1258,30 +1258,52 @@ def _nothing(maps: Graded) -> Advice:
 
 LEAST_PART = 4  # of the samples, one in so many lies on either side of a threshold
 LEAST_SAMPLES = 3
+SHUFFLES, BY_CHANCE = 199, 0.05  # of the samples, and the part of them that may divide as clearly by chance
 
 
 def _split(maps: Graded, cell: Cell) -> Split | None:
     """The unknown, and its threshold, that best divides the known samples at a point into
-    those in which it is allowed and the others; None where no number does."""
+    those in which it is allowed and the others; None where no number does more clearly than
+    chance: the best of many thresholds always divides them somehow."""
     grades = maps.grades[cell]
     known = grades != Grade.UNKNOWN
-    allowed, total = is_allowed(grades)[known], int(known.sum())
-    least, best = max(LEAST_SAMPLES, total // LEAST_PART), None
+    allowed, total = is_allowed(grades)[known].astype(float), int(known.sum())
+    least = max(LEAST_SAMPLES, total // LEAST_PART)
     samples = independent(maps.results)
-    for unknown, drawn in maps.results.drawn.items():
-        if words_along(unknown.name):
-            continue
-        values = np.asarray(drawn, dtype=float)[samples][known]
-        order = np.argsort(values, kind="stable")
-        values, good = values[order], allowed[order]
-        for count in range(least, total - least + 1):
-            if values[count - 1] == values[count]:
-                continue
-            below, above = float(good[:count].mean()), float(good[count:].mean())
-            if best is None or abs(below - above) > abs(best.below - best.above):
-                threshold = float((values[count - 1] + values[count]) / 2)
-                best = Split(unknown.name, threshold, below, above, (count, total - count))
-    return best if best is not None and best.below != best.above else None
+    drawn = {
+        unknown.name: np.asarray(values, dtype=float)[samples][known]
+        for unknown, values in maps.results.drawn.items()
+        if not words_along(unknown.name)
+    }
+    if not drawn or total < 2 * least or np.ptp(allowed) == 0.0:
+        return None
+    orders = {name: np.argsort(values, kind="stable") for name, values in drawn.items()}
+    counts = np.arange(least, total - least + 1)
+    differ = {name: values[orders[name]][counts - 1] != values[orders[name]][counts] for name, values in drawn.items()}
+
+    def shares(name: str, good: Array) -> tuple[Array, Array]:
+        """Those allowed below and above each threshold."""
+        sums = np.cumsum(good[orders[name]])
+        return sums[counts - 1] / counts, (sums[-1] - sums[counts - 1]) / (total - counts)
+
+    def contrasts(name: str, good: Array) -> Array:
+        below, above = shares(name, good)
+        return np.where(differ[name], np.abs(below - above), 0.0)
+
+    best = max(drawn, key=lambda name: float(contrasts(name, allowed).max()))
+    found = contrasts(best, allowed)
+    chance = np.random.default_rng(0)
+    as_clear = sum(
+        max(float(contrasts(name, shuffled).max()) for name in drawn) >= found.max()
+        for shuffled in (chance.permutation(allowed) for _ in range(SHUFFLES))
+    )
+    if (as_clear + 1) / (SHUFFLES + 1) > BY_CHANCE:
+        return None
+    at = int(np.argmax(found))
+    values, (below, above) = drawn[best][orders[best]], shares(best, allowed)
+    count = int(counts[at])
+    threshold = float((values[count - 1] + values[count]) / 2)
+    return Split(best, threshold, float(below[at]), float(above[at]), (count, total - count))
 
 
 def _greatest(values: Array) -> Cell:

@@ -328,6 +328,8 @@ FIT_DOUBTS = {  # of the fit that wrote the samples of a study, in words
     "unmatched": "no run gives the data",
     "unsettled": "motions were still changing",
     "unfinished": "too few samples count",
+    "history": "steady drilling and stick-slip are both possible at measured points, and the well may have been in the "
+    "other one",
 }
 
 

@@ -30,8 +30,9 @@ from nsdrill.analysis.counts import (
     turned_back,
     turned_back_words,
 )
-from nsdrill.analysis.unstable import FOLLOWED, runs_unstable, unstable_words
+from nsdrill.analysis.unstable import FOLLOWED, resting, runs_unstable, unstable_words
 from nsdrill.data import GUESSED_SCALES, Attributes, Results
+from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
 
 
@@ -99,7 +100,7 @@ def notes_before(attrs: Attributes) -> Iterator[str]:
 
 def used_by_notes(attrs: Attributes) -> tuple[str, ...]:
     """The variables that :func:`notes_of_run` uses, of results with these root attributes."""
-    return ("status", BEYOND, TURNED_BACK, *TURNED, *FOLLOWED, *of_scripts(attrs))
+    return ("status", BEYOND, TURNED_BACK, *TURNED, *FOLLOWED, *resting(model_in(attrs)), *of_scripts(attrs))
 
 
 def notes_of_run(results: Results) -> Iterator[str]:

@@ -5,28 +5,58 @@ them."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.counts import EXPONENT
 from nsdrill.data import Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
-from nsdrill.variables import EQUILIBRIUM, OK, PERIODIC
+from nsdrill.models.model_description import Description
+from nsdrill.models.registry import model_in
+from nsdrill.variables import EQUILIBRIUM, OK, PERIODIC, UNDETERMINED
 
 ERROR = "lyapunov_error"
-FOLLOWED = ("motion", EXPONENT, ERROR)  # the variables that unstable uses
+FOLLOWED = ("motion", EXPONENT, ERROR)  # the variables that unstable uses, beside those of resting
 STANDARD_ERRORS = 3.0
 LEAST_GROWTH = math.log(10.0)  # of a deviation over the observation
+LEAST_FROM_REST = 0.05  # the same at rest, where the exponent is not that of a part of a motion
+
+
+AT_REST = 1e-9  # of its magnitude, by which a quantity at rest may move
 
 
 def unstable(results: Results) -> Array:
     """Which of the runs that ended well rest or repeat, while a deviation from them grew over
-    the observation, tenfold at least: bool on the grid. Nowhere in results without exponents."""
-    if any(name not in results.variables for name in FOLLOWED):
+    the observation, of one that repeats tenfold at least: bool on the grid. Nowhere in results
+    without exponents."""
+    motion = motion_of(results.variables, results.attrs)
+    if motion is None or any(name not in results.variables for name in FOLLOWED[1:]):
         return np.zeros(results.shape, dtype=bool)
-    motion, exponent, error = (np.asarray(results[name]) for name in FOLLOWED)
+    exponent, error = (np.asarray(results[name]) for name in FOLLOWED[1:])
     found = is_unstable(motion, exponent, error, observed_for(results.attrs))
     return np.asarray((np.asarray(results["status"]) == OK) & found)
+
+
+def resting(model: Description) -> tuple[str, ...]:
+    """The extremes by which runs of a model rest that has no section, and so no kinds of motion."""
+    names = [] if model.section else [one.name for one in model.features]
+    lows = [f"{name.removesuffix('_max')}_min" for name in names if name.endswith("_max")]
+    return tuple(end for low in lows if low in names for end in (low, f"{low.removesuffix('_min')}_max"))
+
+
+def motion_of(variables: Mapping[str, Any], attrs: Attributes) -> Array | None:
+    """The kinds of motion of results with these ``variables`` and root attributes; without a section only
+    whether all that moves rests; None where that is not there either."""
+    if FOLLOWED[0] in variables:
+        return np.asarray(variables[FOLLOWED[0]])
+    ends = [name for name in resting(model_in(attrs)) if name in variables]
+    if not ends:
+        return None
+    pairs = [[np.asarray(variables[name]) for name in pair] for pair in zip(ends[::2], ends[1::2], strict=True)]
+    rests = [high - low <= AT_REST * np.maximum(np.abs(low), np.abs(high)) for low, high in pairs]
+    return np.where(np.all(rests, axis=0), EQUILIBRIUM, UNDETERMINED)
 
 
 def observed_for(attrs: Attributes) -> float:
@@ -40,8 +70,9 @@ def is_unstable(motion: Array, exponent: Array, error: Array, observe: float) ->
     """The rule of :func:`unstable`, of kinds of motion, exponents with their errors [1/s], and
     the time of the observation [s]."""
     with np.errstate(invalid="ignore"):
-        grows = (exponent - STANDARD_ERRORS * error) * observe > LEAST_GROWTH
-    return np.asarray(grows & np.isin(motion, (EQUILIBRIUM, PERIODIC)))
+        growth = (exponent - STANDARD_ERRORS * error) * observe
+        from_rest = (motion == EQUILIBRIUM) & (growth > LEAST_FROM_REST)
+        return np.asarray(from_rest | ((motion == PERIODIC) & (growth > LEAST_GROWTH)))
 
 
 def runs_unstable(results: Results) -> Answer:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeGuard, TypeVar
 
 from nsdrill.analysis.counts import BEYOND
 from nsdrill.analysis.grades import used_by_labels
+from nsdrill.analysis.unstable import resting
 from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option, warn
 from nsdrill.models.choices import words_along
@@ -252,7 +253,7 @@ def listing(names: Iterable[str], data: object = None) -> str:
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     """The variables of a sweep of this model that a picture of this kind is drawn from;
     nothing else has to be read."""
-    of_labels = used_by_labels(model.critical.values())
+    of_labels = (*used_by_labels(model.critical.values()), *resting(model))
     return ("status", "response", BEYOND, *of_labels, *all_kinds()[kind].uses(model))
 
 

@@ -29,6 +29,9 @@ STEPS = 0.1 * 0.5 ** np.arange(9)  # of the differences, in natural scales
 LINEAR_STEP = 1e-3
 OFF_CRITICAL = 1e-3  # of a multiplier from -1, or of an eigenvalue from the imaginary axis: at a corner none is there
 CERTAIN = 4.0  # errors that a coefficient is away from 0 where its sign is known
+# The error of a point's place alone makes a coefficient that is 0 there so large, in natural scales; terms that small
+# decide nothing at amplitudes within reach. So it is where a system conserves energy at the point.
+NEGLIGIBLE = 1e-8
 RETURNS = 5  # Newton's steps to the plane of the start of a cycle
 # of a function at -3 to 3 steps: its second and third derivatives, to fourth order
 SECOND = np.array([0.0, -1.0, 16.0, -30.0, 16.0, -1.0, 0.0]) / 12.0
@@ -50,7 +53,7 @@ class NormalForm:
         at a point with this ``label``."""
         if label not in (HOPF, DOUBLING):
             return NONE
-        if not abs(self.coefficient) > CERTAIN * self.error:
+        if not abs(self.coefficient) > max(CERTAIN * self.error, NEGLIGIBLE):
             return UNKNOWN
         return SUPERCRITICAL if (self.coefficient > 0.0) == (label == DOUBLING) else SUBCRITICAL
 

@@ -10,6 +10,8 @@ Codes and two-letter names are those of AUTO-07p; codes above 100 are nsdrill's 
 | period doubling   | the number of real multipliers below -1 changes                  |
 | branch point      | the number of real multipliers above 1 changes without a fold    |
 | torus (or Hopf)   | a complex pair crosses the unit circle; the real numbers stay    |
+| any of the last   | the number outside the unit circle changes in another way: where |
+| three             | the multiplier of that rank crosses it, by what it is there      |
 
 Signs of determinants alone would take a pair of reciprocal real multipliers for a torus
 bifurcation.
@@ -49,6 +51,9 @@ SHARES = (np.arange(32) + 0.5) / 32  # of the way between two points, where the 
 STENCIL = 4  # points that it is interpolated from
 MIN_MARGIN = 1e-6  # of a multiplier that is not on the unit circle
 REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
+# A branch that keeps the parameter to this, over the arclength, is a family of motions at one value of it, as where
+# energy is conserved. All of them have a multiplier 1: it has neither folds nor branch points that are more than noise.
+VERTICAL = 1e-8
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,8 @@ class TestFunction:
     value: Callable[[Point], float]
     words: str = ""
     jumps: bool = False
+    label: Callable[[Point], int] | None = None
+    """Of the point itself, where only that tells its code."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +110,8 @@ def special_points(
         found = yield from _located_zero(problem, previous, current, test, tolerance)
         if found is not None:
             point, is_resolved = found
-            points.append(LabelledPoint(point, test.code, test.words if is_resolved else UNRESOLVED))
+            code = test.code if test.label is None else test.label(point)
+            points.append(LabelledPoint(point, code, test.words if is_resolved else UNRESOLVED))
     return sorted(points, key=lambda entry: entry.point.s)
 
 
@@ -304,6 +312,31 @@ def _pair_margin(rank: int) -> Callable[[Point], float]:
     return value
 
 
+def _margin(rank: int) -> Callable[[Point], float]:
+    """A function of points: the modulus less 1 of the nontrivial multiplier of this
+    ``rank``, from 0 for the largest."""
+
+    def value(point: Point) -> float:
+        moduli = np.sort(np.abs(point.found.nontrivial))[::-1]
+        return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
+
+    return value
+
+
+def _label_of_rank(rank: int, pair: int) -> Callable[[Point], int]:
+    """A function of points: the label of the nontrivial multiplier of this ``rank`` on
+    the unit circle; ``pair`` is that of a complex one."""
+
+    def label(point: Point) -> int:
+        multipliers = point.found.nontrivial
+        critical = multipliers[np.argsort(-np.abs(multipliers))[rank]]
+        if abs(critical.imag) > REAL_TOLERANCE * max(abs(critical), 1.0):
+            return pair
+        return BRANCH if critical.real > 0.0 else DOUBLING
+
+    return label
+
+
 def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions:
     """The function that gives the test functions of the special points between two
     points of a branch of a kind of ``motion``. ``grazes`` has the grazing events of the
@@ -314,10 +347,11 @@ def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions
     def test_functions(previous: Point, current: Point) -> list[TestFunction]:
         functions = []
         before, after = previous.found, current.found
-        is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0)
+        is_vertical = max(abs(previous.tangent[-1]), abs(current.tangent[-1])) < VERTICAL
+        is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0) and not is_vertical
         if is_fold:
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
-        if not is_circle:
+        if not is_circle and not is_vertical:
             pair = HOPF if motion == EQUILIBRIUM else TORUS
             functions += _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
         for contact, graze in grazes.items():
@@ -341,6 +375,11 @@ def _bifurcations(
         functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
     if out1 != out2 and above1 == above2 and below1 == below2:
         functions.append(TestFunction(pair, _pair_margin(min(out1, out2))))
+    outside = above1 + below1 + out1, above2 + below2 + out2
+    if not functions and not is_fold and outside[0] != outside[1]:
+        # several at once, as a symmetry makes them, or a pair that has met on the real axis since
+        rank = min(outside)
+        functions.append(TestFunction(BRANCH, _margin(rank), label=_label_of_rank(rank, pair)))
     return functions
 
 

@@ -15,6 +15,7 @@ from nsdrill.analysis.bifurcations import (
     CRITICALITY,
     CRITICALITY_NAMES,
     END,
+    EQUILIBRIUM,
     TOUCHES,
     Meaning,
     meanings_of,
@@ -80,7 +81,8 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     criticality, form, error = (data[name].values[part] for name in ("criticality", "normal_form", "normal_form_error"))
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
     is_closed = bool(data["closed"].values[number])
-    parts, ways = _ways(stable_parts(unstable, labels), len(values), is_closed)
+    is_vertical = motion != EQUILIBRIUM and _is_vertical(values, attrs)
+    parts, ways = _ways([] if is_vertical else stable_parts(unstable, labels), len(values), is_closed)
     special = []
     for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
         meaning = meanings.get(int(labels[place]))
@@ -116,8 +118,16 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
         "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
         "stable_turns": [turns(values[way]) for way in ways],
         "looked_between": motion != CIRCLE,
+        "at_one_value": is_vertical,
         "special": special,
     }
+
+
+def _is_vertical(values: Array, attrs: Attributes) -> bool:
+    """Whether the motions of a branch are a family at one value of its number: each neither attracts nor repels its
+    neighbours, whatever the rounding of its multipliers says."""
+    span = abs(float(attrs.get("continue_to", np.nan)) - float(attrs.get("continue_from", np.nan)))
+    return len(values) >= LEAST_VERTICAL and float(np.ptp(values)) < SLACK_VERTICAL * span
 
 
 def _ways(parts: list[tuple[int, int]], points: int, is_closed: bool) -> tuple[list[tuple[int, int]], list[Array]]:
@@ -195,6 +205,9 @@ def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
     return curves
 
 
+LEAST_VERTICAL = 5  # points of a family at one value of the number
+SLACK_VERTICAL = 1e-8  # of the range that is followed, within which that is one value
+AT_ONE_VALUE = "nowhere: a family at one value, as where energy is conserved; none attracts or repels its neighbours"
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
 MAX_ROWS, MAX_PARTS = 20, 4  # lines, and stable parts named in each
@@ -268,9 +281,10 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
             stable += f" and {more} more"
         looked = "" if branch["looked_between"] or not stable else " (at its points)"
         special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
+        otherwise = f"stable {AT_ONE_VALUE}" if branch["at_one_value"] else "unstable"
         yield (
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
-            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text)))
+            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else otherwise, special_text)))
         )
     yield from rest(s["branches"], MAX_ROWS, "branches")
     yield ""
@@ -314,9 +328,11 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             _way([text(first), *map(text, between), text(last)], [END_WORDS[end] for end in ends])
             for first, between, last, ends in _stable(branch)
         )
-        yield f"  stable         {stable or 'nowhere'}"
+        yield f"  stable         {stable or (AT_ONE_VALUE if branch['at_one_value'] else 'nowhere')}"
         if stable and not branch["looked_between"]:
             yield "                 at its points; bifurcations between them are not looked for"
+        elif any("point" in ends for ends in branch["stable_ends"]):
+            yield "                 what ends it at its last point was not located, as at a kink of the equations"
         yield f"  ends           {branch['end_reason']}"
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""

@@ -273,6 +273,14 @@ def verdicts(summary: Answer) -> Iterator[str]:
             f"not have it, {WITHOUT.get(name, 'as its motion is of another kind')}; they are left out, as they do not "
             "give these data."
         )
+    if both := summary["history"]:
+        yield (
+            f"HISTORY DECIDES at {both['points']} of {count(both['of'], 'setting')}: steady drilling and stick-slip "
+            f"are both possible there, with up to {100 * both['share']:.0f} % of the values of the unknowns. Each run "
+            "began as the study does; a well that came there another way may have been in the other motion, and right "
+            "values may have been left out. Use settings at which one motion alone is possible, or give the runs the "
+            "start of the well (initial)."
+        )
     if len(undetermined) == len(summary["unknowns"]):
         yield (
             "THE DATA DETERMINE NONE of the unknowns: they are as uncertain as before. Measure at other "

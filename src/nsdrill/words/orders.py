@@ -17,7 +17,6 @@ MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
 FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
-AGAIN = "pick up, stop the rotation, start again"
 
 
 class Orders(Words):
@@ -56,7 +55,8 @@ class Orders(Words):
             change = "of weight or speed may make it vibrate" if self.drills else "may end that"
             yield f"Take {self.setting()} as a hint only: a small change {change}."
         yield f"{before} {self._enter()}".strip()
-        recover = [self._recover()] if self.drills else []
+        is_told = self.drills or self.advice.recover is not None or bool(self.goes_on())
+        recover = [self._recover()] if is_told else []
         if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out
             yield from [*recover, *self._watch()]
             return
@@ -72,7 +72,7 @@ class Orders(Words):
         if way is None:
             if self.advice.grade == Grade.FROM_START:
                 return f"Start at {self.setting()}."
-            return f"{begin[0].upper()}{begin[1:]}."
+            return f"{begin[0].upper()}{begin[1:].rstrip(',')}."
         text = self.way(way)
         if way.first == First.NONE:
             return f"Find a way in first. {text}."
@@ -124,7 +124,7 @@ class Orders(Words):
         if seen.sticking is not None:
             swings = fmt.range(TORQUE, list(seen.sticking))
             period = period_words(seen)
-            cure = f"first {remedy}; if it goes on, {AGAIN}" if (remedy := self._remedy()) else AGAIN
+            cure = f"first {remedy}; if it goes on, {self.again}" if (remedy := self._remedy()) else self.again
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.least_acceleration is not None:
@@ -165,10 +165,12 @@ class Orders(Words):
         found, seen = self.advice.recover, self.advice.surface
         is_told = seen is not None and seen.torque is not None and seen.sticking is not None
         is_told &= self.advice.kind != Kind.HINT
-        other = f"If it vibrates{' otherwise' if is_told else ''}: {AGAIN}."
+        other = f"If it vibrates{' otherwise' if is_told else ''}: {self.again}."
         lowered = self.lowered()
         if found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered)):
             return other
+        if found is None and (goes_on := self.goes_on()):
+            return f"If it vibrates: {goes_on}; {self.again}."
         if found is None or found.at is None:
             return f"{other} No run tells what else ends it."
         at, verbs = self.lowered_to(), self.verbs_of(lowered, "or")
@@ -178,7 +180,7 @@ class Orders(Words):
             return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {other}"
         above = " above the setting" if self.ends_at_setting() else ""
         free = f"lower to {at}{self.below_limits()}{self.not_below()}; {self.was_free()}.{self.raise_again()}"
-        return f"If it {verbs}{above}: {free} If any vibration goes on: {AGAIN}."
+        return f"If it {verbs}{above}: {free} If any vibration goes on: {self.again}."
 
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
@@ -221,7 +223,7 @@ class Orders(Words):
         yield from self._not_slowly()
         if found is not None and found.outcome == Recovery.LASTS:
             rolls = self.may_stay() if "whirl" in found.responses else ""
-            lower = "take weight off" if found.axis == "wob" else "slow down"
+            lower = "take weight off" if found.axis == "wob" else "slow down" if self.drills else "lower it"
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
         if way is not None and way.first == First.SPEED and way.wall is not None and self._is_near(way.wall):

@@ -36,6 +36,7 @@ from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
+AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOT_SET = "trials begin with it on: how it is set was not tried"
@@ -654,6 +655,8 @@ class Words:
             yield self._way_in()
         if self.advice.recover is not None:
             yield self._way_out()
+        elif goes_on := self.goes_on():
+            yield f"If it vibrates: {goes_on}; {self.again}."
         if self.advice.surface is not None and self.advice.surface.torque is not None:
             yield self._at_surface()
 
@@ -894,9 +897,9 @@ class Words:
         found, fmt = self.advice.recover, self.fmt
         assert found is not None
         if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
-            return f"If it sticks: it {self._to(self.advice.sticks_to)}; pick up, stop the rotation, start again."
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; {AGAIN}."
         rolls = self.may_stay()
-        again = "pick up, stop the rotation, start again"
+        again = self.again
         verbs = self.verbs_of(found.responses, "or") or "vibrates"
         if found.outcome == Recovery.LASTS:
             slowed = trial_words.slowed_to(self.advice.trials, fmt)
@@ -1000,6 +1003,14 @@ class Words:
         found = self.advice.recover
         return found is not None and found.at is not None and found.at == self.advice.point.get(found.axis)
 
+    def goes_on(self) -> str:
+        """In how many samples a vibration that began elsewhere may go on at the setting; "" where in none."""
+        share = self.advice.share
+        if share is None or self.is_of_starts or "down" not in self.ways:
+            return ""
+        lasts = share.probability - share.any_history
+        return f"once started, it may go on here in {100 * lasts:.0f} % of the samples" if lasts > 0.005 else ""
+
     def below_limits(self) -> str:
         """That a vibration ends below what to stay within, which is left for that alone."""
         found = self.advice.recover
@@ -1008,12 +1019,19 @@ class Words:
         one = self.advice.stay_within.get(found.axis)
         return ", though that is below the limits" if one is not None and found.at < one.low else ""
 
+    @property
+    def again(self) -> str:
+        """What ends a vibration that nothing else does."""
+        return AGAIN if self.drills else AFRESH
+
     def raise_again(self) -> str:
         """How one comes back from the speed to which a vibration was lowered: by the way in, which stands above,
         and not with the weight on; and that stick-slip may last there."""
         found, to = self.advice.recover, self.advice.sticks_to
         if found is None or found.at is None or self.ends_at_setting():
             return ""
+        if not self.drills:
+            return " Then raise it again."
         if found.axis != "rotary_speed" or found.at > (to or 0.0):
             return f" {AGAIN_AS_ABOVE}."
         if not isfinite(to or 0.0):

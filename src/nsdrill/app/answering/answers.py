@@ -16,6 +16,7 @@ from nsdrill.analysis.grades import unsettled_in, used_by_labels
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, probabilities_of
 from nsdrill.analysis.safety import needed, told_responses
+from nsdrill.analysis.unstable import resting
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.early_ends import stick_slip_ends
 from nsdrill.app.answering.kept import kept
@@ -111,7 +112,7 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 
 def of_labels(attrs: Attributes) -> tuple[str, ...]:
     """What the labels of runs are found of, in a file with these root attributes, where it is there."""
-    return used_by_labels(responses_in(attrs).values())
+    return (*used_by_labels(responses_in(attrs).values()), *resting(model_in(attrs)))
 
 
 def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:

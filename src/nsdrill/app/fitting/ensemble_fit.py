@@ -28,6 +28,7 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.check import check_large
 from nsdrill.app.fitting.headings import SEVERAL
+from nsdrill.app.fitting.history import two_motions
 from nsdrill.app.fitting.names import PERIOD
 from nsdrill.app.running.place import place_for
 from nsdrill.app.running.run import check_sweep, checked_workers
@@ -167,6 +168,9 @@ def fit(
     note = _fit_summary(study, measured, keys, fitted, by_name)
     note |= _not_known(measured, fitted, all_found, note["left_out"])
     note |= _unsettled(fitted, all_found[:, -1] != 0.0)  # of a failed run it is not known
+    begun = fitted.z[:batch]  # from the prior
+    begun = begun[in_order(_unknown_values(keys, begun), pairs)]
+    note["history"] = two_motions(study, measured, _unknown_values(keys, begun))
     note["doubts"] = _doubts(note)
     if {"failed", "unmatched"} & set(note["doubts"]):
         note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
@@ -444,6 +448,7 @@ def _doubts(note: Answer) -> list[str]:
         "unmatched": not note["explained"],
         "unsettled": not note["best_settled"] or note["unsettled"] > MOST_UNSETTLED,
         "unfinished": note["beta"] != 1 or note["effective"] < MIN_EFFECTIVE,
+        "history": note["history"] is not None,
     }
     return [name for name in FIT_DOUBTS if is_so[name]]
 
@@ -492,6 +497,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     )
     unmatched = f"NO RUN GIVES THESE DATA: the best is off by {note['misfit'] ** 0.5:.2g} times the errors."
     few = f"NOT FINISHED: only {note['effective']:.0f} samples count."
+    both = "HISTORY DECIDES: steady drilling and stick-slip are both possible at measured points; see nsdrill fit."
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
@@ -503,6 +509,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
         *([passing] if note["unsettled"] or not note["best_settled"] else []),
         *([unmatched] if "unmatched" in note["doubts"] else []),
         *([few] if "unfinished" in note["doubts"] else []),
+        *([both] if note["history"] else []),
         *(f"Of the data: {one}." for one in note["notes"]),
     )
     text = study_text(resolved, head)
