@@ -393,7 +393,8 @@ def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
     span = replace(span, trials=ways("...", "...."))
     found = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF)
     assert trial_words.best_words(found, "rotary_speed", FIELD).endswith("at 20 klbf, untried elsewhere")
-    assert "with stabilisers 30 ft apart at 20 klbf and 120 rpm" in trial_words.best_trials(found, FIELD)
+    of_trials = trial_words.best_trials(found, "rotary_speed", FIELD)
+    assert "with stabilisers 30 ft apart at 20 klbf and 120 rpm" in of_trials
     told = list(trial_words.lines(found, "rotary_speed", FIELD))
     assert any("30 ft apart, at 20 klbf and 120 rpm:" in line for line in told)
     weight = replace(span, name="weight", words="13 klbf on the bit")
@@ -491,7 +492,7 @@ def test_what_helps_is_judged_by_trials_of_it():
         trial_words.best_words(alone, "rotary_speed", FIELD)
         == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm"
     )
-    assert trial_words.best_trials(alone, FIELD) == (
+    assert trial_words.best_trials(alone, "rotary_speed", FIELD) == (
         "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
         "bit-bounce."
     )
@@ -508,7 +509,7 @@ def test_what_helps_is_judged_by_trials_of_it():
     assert Trials(changes=(as_it_is, other, bad)).best == other
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
-        trial_words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
+        trial_words.best_trials(Trials(changes=(as_it_is, span)), "rotary_speed", FIELD)
         == "What stabilisers 30 ft apart would free is of one way up; no trial of that was run."
     )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]

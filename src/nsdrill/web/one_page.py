@@ -231,7 +231,7 @@ def _with_control(one: Sheet) -> str:
 
 def _helps(one: Sheet) -> list[str]:
     """What would allow a setting, without options of the command; a hint is not ordered."""
-    tests = best_trials(one.advice.trials, one.fmt)  # which stand below
+    tests = best_trials(one.advice.trials, one.maps.x, one.fmt)  # which stand below
     found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units) if text != tests]
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
@@ -684,7 +684,7 @@ def _told_of_trials(one: Sheet) -> list[str]:
     """How the ways in of the trials ended."""
     found = one.advice.trials
     ways = [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
-    return [*ways, *filter(None, [best_trials(found, one.fmt)])]
+    return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 
 def _bold(text: str) -> str:

@@ -97,7 +97,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     helps = trial_words.best_words(tried, along, fmt)
     if helps and helps.lower() not in sentence.lower():
         told.append(f"{helps[0].upper()}{helps[1:]}.")
-    if tests := trial_words.best_trials(tried, fmt):
+    if tests := trial_words.best_trials(tried, along, fmt):
         told.append(tests)
     if milder is None:
         return told
