@@ -401,6 +401,48 @@ def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
     assert "20 klbf" not in trial_words.change_words(weight, found, "rotary_speed", FIELD)
 
 
+def test_a_change_tells_what_it_frees_at_each_weight_at_which_it_was_run():
+    """At 20 klbf, at which the map is drilled, 30 ft stabilisers free nothing, and at 10 and 5 klbf they do: they help
+    there, and no words say that they free nothing, but at 20 klbf."""
+    ends, light = (90 * RPM, 160 * RPM), (60 * RPM, 100 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=0.0)
+    at_10 = replace(span, free=(ends,), room=2.8, widest=ends, speed=120 * RPM, wob=10 * KLBF)
+    at_5 = replace(at_10, free=(light,), room=2.5, widest=light, speed=80 * RPM, wob=5 * KLBF)
+    here = replace(span, wob=20 * KLBF, others=(at_5, at_10))
+    as_it_is = replace(none, wob=20 * KLBF, others=tuple(replace(none, wob=one * KLBF) for one in (5, 10)))
+    found = Trials(changes=(as_it_is, here), wob=20 * KLBF, mapped=True, nothing=True)
+    assert found.nearest_first(found.helping) == [at_10, at_5], "the nearer to what is drilled with first"
+    assert found.best == at_10
+    told = trial_words.best_words(found, "rotary_speed", FIELD)
+    assert told == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm at 10 klbf"
+    assert trial_words.best_trials(found, "rotary_speed", FIELD).endswith(
+        "At other weights: one way up 60 to 100 rpm at 5 klbf, nothing at 20 klbf."
+    )
+    told_all = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert told_all[0].startswith("One change at a time, each run one way up at 5 klbf, 10 klbf, 20 klbf")
+    assert "nowhere" not in " ".join(told_all)
+    assert " ".join(told_all[-1].split()) == "at 20 klbf free at no speed that was run"
+    data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
+    assert (data["wob"], data["room"]) == ({"wob": 20 * KLBF}, 0.0)
+    assert [(one["wob"]["wob"], one["room"]) for one in data["at_other_weights"]] == [(5 * KLBF, 2.5), (10 * KLBF, 2.8)]
+    whirls = replace(at_10, trials=ways("www", "wwww"))
+    tried = replace(found, changes=(as_it_is, here.with_one(whirls)))
+    assert tried.best is None, "of the other weight no more is known than of the one that failed"
+    row = next(line for line in trial_words.lines(tried, "rotary_speed", FIELD) if "160 rpm" in line)
+    assert "by trials not known" not in row
+    free_here = replace(as_it_is, others=(replace(at_10, name="none", key="", room=2.9), replace(none, wob=5 * KLBF)))
+    less = replace(found, changes=(free_here, here), nothing=False)
+    assert less.best == at_5, "at 10 klbf the string is free as it is"
+
+
+def test_a_change_at_one_weight_says_at_which_it_frees_nothing():
+    none = Change("none", "", "", "as it is", room=0.0, wob=20 * KLBF)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", room=0.0, wob=20 * KLBF)
+    told = list(trial_words.lines(Trials(changes=(none, soft), wob=20 * KLBF), "rotary_speed", FIELD))
+    assert told[2].split("  ")[-1].strip() == "free at no speed that was run at 20 klbf"
+
+
 def test_what_comes_where_a_vibration_ends_is_told():
     """The whirl of a knock ends at 20 rpm, but there the bit sticks: no way out is free."""
     slowed = knock(VIBRATES, ("stick_slip",), SLOWED, 20)

@@ -36,7 +36,7 @@ from nsdrill.app.answering import trial_runs as runs
 from nsdrill.app.answering.answers import plain_window, results_for_window
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
-from nsdrill.app.running.run import run_study
+from nsdrill.app.running.run import run_in_memory, run_study
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
@@ -624,6 +624,30 @@ def test_a_change_is_run_with_a_usual_damping_where_that_of_the_study_is_higher(
         assert found.widest == ((80 * RPM, 130 * RPM) if holds else ends)
     assert len(seen) == 1
     assert 15.0 < seen[0] < 25.0
+
+
+def test_changes_are_run_at_several_weights_of_the_map(monkeypatch):
+    """At that of the setting first, then at the lightest, between them, and at that of the study. At 20 kN stick-slip
+    ends at a lower speed than at 120 kN."""
+    monkeypatch.setattr(remedies, "SPEEDS", 6)
+    sweep = "sweep={wob: {from: 20 kN, to: 120 kN, points: 6}, rotary_speed: {from: 4 rad/s, to: 16 rad/s, points: 4}}"
+    study = parse_study(TORSION, "the test", [sweep, "sweep.procedure=up", "sweep.along=rotary_speed"])
+    results, motions = run_in_memory(study, workers=1), Motions(prepare(study))
+    place = {"depth": 5000.0, "wob": 120e3, "rotary_speed": 10.0}
+    weights = window_trials._weights(results, None, place, None, motions)
+    assert weights == pytest.approx((20e3, 60e3, 120e3))  # that of the study is nearest to 60 kN
+    assert window_trials._weights(results, None, place, (50e3, 130e3), motions)[0] == pytest.approx(60e3)
+    changed = remedies.Changed(motions, place, results.coords["rotary_speed"], weights=weights)
+    as_it_is = changed.run(remedies.AS_IT_IS)
+    assert (as_it_is.wob, [one.wob for one in as_it_is.every]) == (120e3, pytest.approx([20e3, 60e3, 120e3]))
+    light, _, heavy = as_it_is.every
+    assert light.free[-1][0] < heavy.free[-1][0]
+    alone = changed.run(replace(remedies.AS_IT_IS, name="weight", key="operation.wob", value="80 kN"))
+    assert (alone.wob, alone.others) == (80e3, ())
+    by_map = window_trials._as_it_is(results, None, changed)
+    assert [one.wob for one in by_map.every] == pytest.approx([20e3, 60e3, 120e3])
+    assert changed.seconds(as_it_is) == pytest.approx(3 * 6 * sum(changed.held))
+    assert changed.point(replace(light, speed=12.0))[1]["wob"] == pytest.approx(20e3)
 
 
 def test_a_middle_is_one_of_where_one_drills():

@@ -123,35 +123,37 @@ def _weight_of(change: Change, found: Trials | None) -> float | None:
 
 
 def elsewhere(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
-    """At which other weights a ``change`` was run one way up, and what it freed there: ``one way up, at 10 klbf 66 to
-    140 rpm, at 30 klbf nothing``; "" where at none."""
+    """What a ``change`` frees at the other weights at which it was run: ``At other weights: one way up 66 to 140 rpm at
+    10 klbf, nothing at 30 klbf.``; "" where at none."""
     whole = next((one for one in found.changes if one.is_of(change)), change)
-    parts = []
+    parts: dict[str, list[str]] = {"by trials": [], "one way up": []}
     for one in whole.every:
         if one.wob is None or one.wob == change.wob:
             continue
-        free = ", ".join(fmt.range_inwards(along, *ends) for ends in one.free) or "nothing"
-        parts.append(f"{'not known' if one.room is None else free} at {fmt.value('wob', one.wob)}")
-    return f"one way up, it frees {'; '.join(parts)}" if parts else ""
+        ends = one.free
+        if one.trials:
+            ends = (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+        free = ", ".join(fmt.range_inwards(along, *each) for each in ends) or "nothing"
+        told = "not known" if one.room is None else free
+        parts["by trials" if one.trials else "one way up"].append(f"{told} at {fmt.value('wob', one.wob)}")
+    listed = [f"{by} {', '.join(those)}" for by, those in parts.items() if those]
+    return f" At other weights: {'; '.join(listed)}." if listed else ""
 
 
 def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
     """How the trials of the change that helps most ended: ``In trials with 9.5 in collars at 100 rpm 7
     of 7 ways in were free; knocked off the rock: bit-bounce``; "" where no change helps."""
     best = found.best if found is not None else None
-    if best is None or not best.key:
+    if found is None or best is None or not best.key:
         return ""
+    more = elsewhere(best, found, along, fmt)
     if not best.trials or best.speed is None:
-        told = elsewhere(best, found, along, fmt) if found is not None else ""
-        more = f" Elsewhere, {told}." if told else ""
         return f"What {best.words} would free is of one way up; no trial of that was run.{more}"
     ways = [one for one in best.trials if one.way == Way.IN]
     bad = [one for one in best.inside if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
-    told = elsewhere(best, found, along, fmt) if found is not None else ""
-    more = f" Elsewhere, {told}." if told else ""
     return f"In trials with {best.words} at {_tried_at(best, found, fmt)} {'; '.join(filter(None, parts))}.{more}"
 
 
@@ -232,8 +234,8 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
     if change.holds_usual is False:
         told += "; not with a usual damping of torsion"
     if not text:
-        wob = _weight_of(change, found)
-        at = f" at {fmt.value('wob', wob)}" if wob is not None and change.name != "weight" else ""
+        wob = None if change.name == "weight" or len(found.wobs) > 1 else _weight_of(change, found)  # the row has it
+        at = f" at {fmt.value('wob', wob)}" if wob is not None else ""
         return f"free at no {of} that was run{at}{told}"
     room = "" if change.room is None else f"; along the {of} room for {change.room:.1f} tolerances"
     return f"free at {text}{room}{told}{_by_trials(change, along, fmt)}"

@@ -320,11 +320,13 @@ def _weights(
     results: Results, severity: int | None, place: Mapping[str, float], within: Sequence[float] | None, motions: Motions
 ) -> tuple[float, ...]:
     """The weights [N] of the map at which changes are run, of those ``within`` two: that of the ``place``, the
-    lightest, that of the study, and that at which the map is most nearly free."""
+    lightest and that between them, that of the study, and that at which the map is most nearly free."""
     if "wob" not in results.swept:
         return (place["wob"],)
     values = _drilled(results.coords["wob"], within)
-    found = {place["wob"], float(values.min()), float(values[np.abs(values - motions.study.operation.wob).argmin()])}
+    here, least = place["wob"], float(values.min())
+    chosen = here, least, (here + least) / 2.0, motions.study.operation.wob
+    found = {float(values[np.abs(values - one).argmin()]) for one in chosen} | {here}
     maps = graded(results, severity)
     if maps.x == "rotary_speed" and "wob" in (maps.y, maps.third):
         rows = [_row_of(maps, {**place, "wob": float(wob)}) for wob in values]
