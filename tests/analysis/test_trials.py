@@ -347,6 +347,32 @@ def test_the_sentence_names_what_helps():
     assert len(more.split()) <= MOST_WORDS
 
 
+def test_nothing_is_safe_only_within_what_was_asked():
+    """Beside a map that is free elsewhere: where one drills, and of a setting that trials withdraw, there."""
+    nothing, of_map = (
+        Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),)),
+        (("rotary_speed",), "field", ("up",)),
+    )
+    drilled = {"ranges": {"wob": {"from": 20 * KLBF, "to": 35 * KLBF}}, "run_up": 4}
+    assert (
+        Words(nothing, *of_map, drilled=drilled).sentence()
+        == "Nothing is safe at 20 to 35 klbf: whirl at 45 to 180 rpm."
+    )
+    alone = Words(nothing, *of_map, drilled={**drilled, "run_up": 0}).sentence()
+    assert alone == "Nothing is safe: whirl at 45 to 180 rpm."
+    withdrawn = sentence(confirmed(POINT, Trials(ways("www", "wwww"))))
+    assert withdrawn.startswith("No setting is recommended: at ")
+    assert "safe" not in withdrawn
+
+
+def test_what_helps_stands_beside_a_hint_from_above():
+    ends = (90 * RPM, 160 * RPM)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
+    above = replace(POINT, kind=Kind.NOTHING, grade=Grade.ONLY_FROM_ABOVE, stops=(("whirl", 45 * RPM, 180 * RPM),))
+    found = confirmed(above, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF))
+    assert "Stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm" in sentence(found)
+
+
 def test_changes_are_ranked_by_robustness_then_by_effort():
     """Soft torque that allows 32 to 49 rpm is poor, though it is switched on at once; stabilisers come before
     collars that are ordered, and these before a bit that no rig can make, though it has the most room."""

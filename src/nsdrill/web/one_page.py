@@ -464,9 +464,9 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 
 
 def _exceed(one: Sheet) -> tuple[str, str]:
-    """What never to exceed, and why; nothing is allowed where trials withdraw the setting."""
+    """What never to exceed, and why; none is told where trials withdraw the setting, of which alone they tell."""
     if one.orders.is_withdrawn:
-        return "none", f"is allowed: {one.orders.why_withdrawn()}"
+        return "none", f"is recommended: at {one.orders.setting()} {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return most[0], f"never exceed: {most[1]}"
     return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth

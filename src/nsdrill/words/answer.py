@@ -57,6 +57,7 @@ def needed_for_words(
     float,
     Answer | None,
     str,
+    Answer | None,
 ]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
@@ -73,6 +74,7 @@ def needed_for_words(
         summary["fixed"].get("rotary_speed", math.inf),
         summary["chain"],
         summary["model"],
+        summary["within"],
     )
 
 
