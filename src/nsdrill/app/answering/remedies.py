@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -96,9 +96,8 @@ class Changed:
     def run(self, change: Change) -> Change:
         """The ``change`` with where it is free from below, and how much room it has, at each of its weights. A value
         that a study cannot have, or runs that failed, are why it is not known."""
-        first, *others = self.wobs(change)
-        found = self._run_at(change, first)
-        return replace(found, others=tuple(self._run_at(change, wob) for wob in others))
+        first, *others = self._run_at(change, self.wobs(change))
+        return replace(first, others=tuple(others))
 
     def wobs(self, change: Change) -> list[float]:
         """The weights [N] at which a ``change`` is run, that of the :attr:`values` first; its own of one of the
@@ -108,18 +107,21 @@ class Changed:
         here = self.values["wob"]
         return [here, *(wob for wob in self.weights if wob != here)]
 
-    def _run_at(self, change: Change, wob: float) -> Change:
-        change = replace(change, wob=wob)
+    def _run_at(self, change: Change, wobs: Sequence[float]) -> list[Change]:
+        """The ``change`` at each of these weights [N], which are run side by side."""
         try:
-            results = run_in_memory(self.study_of(change), workers=1)
+            results = run_in_memory(self.study_of(change, wobs), workers=1)
         except NsdrillError as error:
-            return replace(change, why=str(error).splitlines()[0].rstrip("."))
-        # the speed alone is an axis here
-        drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis in results.swept})
-        maps = graded(with_lasting_motions(drilled), self.severity)
-        failed, of = int(np.count_nonzero(has_failed(results["status"]))), results["status"].size
-        change = replace(change, why=f"{failed} of {of} runs failed" if failed else "")
-        return change if failed == of else shown(change, maps, 0, 0)
+            return [replace(change, wob=wob, why=str(error).splitlines()[0].rstrip(".")) for wob in wobs]
+        drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis == "rotary_speed"})
+        maps, found = graded(with_lasting_motions(drilled), self.severity), []
+        for wob in wobs:
+            row = int(np.abs(maps.results.coords["wob"] - wob).argmin())
+            status = np.take(results["status"], row, axis=1 + results.axes.index("wob"))
+            failed, of = int(np.count_nonzero(has_failed(status))), status.size
+            one = replace(change, wob=wob, why=f"{failed} of {of} runs failed" if failed else "")
+            found.append(one if failed == of else shown(one, maps, 0, row if maps.y == "wob" else 0))
+        return found
 
     def with_usual_damping(self, change: Change) -> Change:
         """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
@@ -131,8 +133,9 @@ class Changed:
         resolved = self.motions.resolved(self._at(change))
         section, name = KEY.split(".")
         resolved[section] |= {name: damping.usual}
-        usual = replace(self, motions=Motions(prepare(parse_study(study_text(resolved), "the study"))))
-        ran = usual._run_at(change, self.wobs(change)[0] if change.wob is None else change.wob)
+        motions = Motions(prepare(parse_study(study_text(resolved), "the study")))
+        usual = replace(self, motions=motions, values=self._at(change), weights=())
+        ran = usual.run(change)
         if ran.room is None:
             return replace(change, why=f"with a usual damping of torsion not known: {ran.why}")
         low, high = change.widest
@@ -141,9 +144,10 @@ class Changed:
         is_left = less is not None and less.has_room
         return replace(less if is_left and less is not None else change, holds_usual=is_left)
 
-    def study_of(self, change: Change) -> Study:
+    def study_of(self, change: Change, wobs: Sequence[float] = ()) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
-        which a motion begins that may last."""
+        which a motion begins that may last; at these weights [N], by default at its own."""
+        change = replace(change, wob=wobs[0] if wobs else change.wob)
         ends = float(np.min(self.speeds)), float(np.max(self.speeds))
         resolved = self.motions.resolved(self._at(change))
         resolved["simulation"] |= {"transient": self.held[0], "observe": self.held[1], "verify": False}
@@ -155,6 +159,8 @@ class Changed:
                 "along": "rotary_speed",
                 "refine": 0,
             }
+            if len(wobs) > 1:
+                resolved["sweep"]["wob"] = sorted(wobs)
             return self._parsed(resolved, change)
 
         speeds = np.linspace(*ends, SPEEDS)
@@ -173,16 +179,17 @@ class Changed:
         return max(SETTLE, own.transient), max(OBSERVE, own.observe)
 
     def seconds(self, change: Change) -> float:
-        """How much time a change simulates [s]; none of one that no study can have."""
+        """How much time a change simulates in its longest chain [s]; none of one that no study can have."""
         try:
-            points = (self.study_of(replace(change, wob=wob)).axes["rotary_speed"] for wob in self.wobs(change))
-            return sum(map(len, points)) * sum(self.held)
+            return len(self.study_of(change, self.wobs(change)).axes["rotary_speed"]) * sum(self.held)
         except NsdrillError:
             return 0.0
 
     def rate(self) -> float:
-        """How much time a second of the string as it is takes [s/s], on this machine, now."""
-        return cost_of_second(self.study_of(AS_IT_IS), TIMED)
+        """How much time a second of the string as it is takes [s/s], at all its weights side by side, on this machine,
+        now."""
+        wobs = self.wobs(AS_IT_IS)
+        return cost_of_second(self.study_of(AS_IT_IS, wobs), TIMED) * len(wobs)
 
     def _at(self, change: Change, **more: float) -> dict[str, float]:
         """The values of the axes at which a ``change`` is run, with ``more``."""
