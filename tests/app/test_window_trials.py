@@ -356,8 +356,43 @@ def test_the_price_is_told_before(torsion):
     priced = next(number for number, one in enumerate(seen) if one.price)
     price = seen[priced].price
     assert price.startswith("25 trials, about "), "with eight further ways in"
-    assert "; where they withdraw the setting 3 changes and their trials, about " in price
+    assert "; where they withdraw the setting 3 changes, about " in price
+    assert price.endswith(" more, on this machine as it is loaded now")
     assert seen[priced].done == 2
+
+
+def test_the_time_of_changes_is_told_again_as_it_was_measured(monkeypatch):
+    """Ways up that took three times as long as foreseen: so do the trials of those that help, and those that follow as
+    long as the first did. On a machine that leaves a thread less than its time, threads gain nothing."""
+    now, used = [100.0], [0.0]
+    monkeypatch.setattr(runs.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(runs.time, "process_time", lambda: used[0])
+    one = bench(TORSION)
+    changed = remedies.Changed(one.motions, one.values, one.speeds)
+
+    def rate(changed):
+        now[0], used[0] = now[0] + 10.0, used[0] + share * 10.0
+        return 1e-3
+
+    monkeypatch.setattr(remedies.Changed, "rate", rate)
+    foreseen = {}
+    for share in (1.0, 0.3):
+        told = runs.Told(lambda progress: None, 2)
+        told.foresee(changed, is_sure=True, is_first=True)
+        foreseen[share] = told.of_ways_up
+        assert told.price.startswith("3 changes, about ")
+        assert told.price.endswith("on this machine as it is loaded now")
+    assert foreseen[0.3] == pytest.approx(2.0 * foreseen[1.0], rel=0.6)
+    assert foreseen[0.3] > foreseen[1.0]
+    before = told.of_one
+    told.begin()
+    now[0] += 3.0 * told.of_ways_up
+    told.ran_changes(2)
+    assert told.price == f"trials of 2 changes at most, about {6.0 * before:.0f} s more, as measured"
+    told.begin()
+    now[0] += 40.0
+    told.ran_one(1)
+    assert told.price == "trials of 1 change at most, about 40 s more, as measured"
 
 
 def test_the_command(torsion, monkeypatch, capsys):

@@ -106,6 +106,7 @@ def tried(
                 changed, found = later, replace(found, wob=place["wob"])
             if changed is not None and not found.interrupted:
                 as_mapped = _as_it_is(results, severity, changed) if mapped else None
+                told.begin()
                 for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
@@ -154,10 +155,14 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     if found.best is None or not found.best.key:
         return found
     best: Change | None = None
-    for change in _promising(found):
+    promising = _promising(found)
+    told.ran_changes(len(promising))
+    for number, change in enumerate(promising):
         if best is not None and best.rank[:2] >= change.rank[:2]:
             break  # trials only take away
+        told.begin()
         tried = _tried_change(change, changed, speeds, workers, told)
+        told.ran_one(len(promising) - number - 1)
         if tried is None:  # of a part of them nothing is told
             return replace(found, interrupted=True)
         found = replace(found, changes=tuple(one.with_one(tried) for one in found.changes))
