@@ -24,6 +24,7 @@ from nsdrill.analysis.trials import (
     TAGGED_IN_CORNER,
     TO_CORNER,
     WEIGHT_FIRST,
+    Change,
     Outcome,
     Trial,
     Trials,
@@ -592,7 +593,7 @@ class Faked:
         return replace(found, trials=(*found.trials, *tried))
 
 
-def changed_from(low: float, high: float, rpm: float) -> tuple[remedies.Changed, remedies.Change]:
+def changed_from(low: float, high: float, rpm: float) -> tuple[remedies.Changed, Change]:
     """Stabilisers 30 ft apart, free from below between two speeds [rpm], with its setting at another."""
     one = bench(ROTARY, "drillstring.torsional_damping=15 N*m*s/rad")
     changed = remedies.Changed(one.motions, {**one.values, "wob": 15 * KLBF}, one.speeds)
@@ -683,6 +684,16 @@ def test_changes_are_run_at_several_weights_of_the_map(monkeypatch):
     assert [one.wob for one in by_map.every] == pytest.approx([20e3, 60e3, 120e3])
     assert changed.seconds(as_it_is) == pytest.approx(6 * sum(changed.held))
     assert changed.point(replace(light, speed=12.0))[1]["wob"] == pytest.approx(20e3)
+
+
+def test_a_change_is_tried_at_the_nearest_weight_and_then_where_it_has_the_most_room():
+    ends = (60 * RPM, 180 * RPM)
+    as_it_is = replace(remedies.AS_IT_IS, room=0.0, wob=18 * KLBF)
+    span = Change("span", "k", "30 ft", "30 ft", (ends,), 2.0, ends, speed=120 * RPM, wob=18 * KLBF)
+    others = tuple(replace(span, wob=wob * KLBF, room=room) for wob, room in ((6, 5.5), (10, 4.1), (14, 2.2)))
+    soft = replace(span, name="drive", key="d", room=0.5)
+    found = Trials(changes=(as_it_is, replace(span, others=others), soft), wob=18 * KLBF, nothing=True)
+    assert [(one.key, one.wob) for one in window_trials._promising(found)] == [("k", 18 * KLBF), ("k", 6 * KLBF)]
 
 
 def test_a_middle_is_one_of_where_one_drills():

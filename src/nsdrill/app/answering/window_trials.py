@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 MOST_CUTS = 12  # of what to stay within, by trials
 MOST_CHANGES = 3  # that are tried
 MOST_SETTINGS = 3  # at which a change is tried
-MOST_WEIGHTS_TRIED = 2  # at which a change is tried
 
 
 def window(
@@ -159,7 +158,7 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     told.ran_changes(len(promising))
     for number, change in enumerate(promising):
         if best is not None and best.rank[:2] >= change.rank[:2]:
-            break  # trials only take away
+            continue  # trials only take away
         told.begin()
         tried = _tried_change(change, changed, speeds, workers, told)
         told.ran_one(len(promising) - number - 1)
@@ -172,15 +171,16 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
 
 
 def _promising(found: Trials) -> list[Change]:
-    """The changes to try, each at its weights: what promises most first; of each change as many weights, and in all
-    as many, as there is time for."""
-    chosen: list[Change] = []
+    """The changes to try: what promises most first, each at the weight nearest to those that are drilled with, and then
+    at that at which it has the most room, as it may hold there where it does not nearer."""
+    chosen: list[list[Change]] = []
     for one in found.nearest_first(found.helping):
-        same = sum(each.is_of(one) for each in chosen)
-        others = {(each.key, each.value) for each in chosen}
-        if same < MOST_WEIGHTS_TRIED and (same or len(others) < MOST_CHANGES):
-            chosen.append(one)
-    return chosen
+        same = next((each for each in chosen if each[0].is_of(one)), None)
+        if same is None:
+            chosen.append([one])
+        elif (one.room or 0.0) > (same[-1].room or 0.0):
+            same[1:] = [one]
+    return [one for each in chosen[:MOST_CHANGES] for one in each]
 
 
 def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
