@@ -631,6 +631,17 @@ def test_a_setting_that_trials_take_away_moves_to_the_side_with_room(monkeypatch
         assert found.room == pytest.approx(2.0)
 
 
+def test_many_cuts_go_on_from_another_setting(monkeypatch):
+    """Free at 52 to 220 rpm on the way up, and in trials to 132 rpm: 18 cuts of 5 rpm, of which a setting has 12."""
+    faked = Faked(monkeypatch, lambda name, rpm: rpm > 132 and abs(rpm - 136) > 0.1)
+    changed, span = changed_from(52, 220, 136)
+    found = window_trials._tried_change(span, changed, changed.speeds, 1, runs.Told(lambda progress: None))
+    assert faked.settings[0] == pytest.approx(136)
+    assert found.has_room
+    assert found.why == ""
+    assert found.widest[1] < 133 * RPM
+
+
 def test_no_room_is_told_where_no_setting_of_what_is_left_has_any(monkeypatch):
     faked = Faked(monkeypatch, lambda name, rpm: rpm > 83)
     changed, span = changed_from(70, 95, 82)

@@ -195,12 +195,12 @@ def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int,
     change = replace(change, weights=(min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)))
     for left in reversed(range(MOST_SETTINGS)):
         tried = _tried_at(change, changed, speeds, workers, told)
-        if tried is None or tried.room is None or (tried.has_room and tried.is_sound):
+        if tried is None or (tried.has_room and tried.is_sound):
             return tried
         moved = deepest(tried) if tried.is_sound else _beside(tried)
         if not moved.has_room:
             return tried
-        change = replace(moved, trials=tuple(one for one in tried.trials if one.way == Way.CORNER))
+        change = replace(moved, why=change.why, trials=tuple(one for one in tried.trials if one.way == Way.CORNER))
         if not left:
             return replace(tried, room=None, why=f"what {MOST_SETTINGS} settings leave was not tried")
     raise AssertionError
