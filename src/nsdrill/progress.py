@@ -75,14 +75,14 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
         console, has_bar = _screen()
         shown, say = (_bar(console), console.print) if has_bar else (nullcontext(_lines()), _print)
         with shown as update, telling_compiling(say) as end:
-            told: set[str] = set()
+            told: dict[str, str] = {}
 
             def watch(counts: Counts) -> None:
                 end()  # a point is only run when its code is there
                 said = {"Device": counts.device, "Memory": counts.shortage, "Time": counts.price, "Slow": _slow(counts)}
                 for what, text in said.items():
-                    if text and what not in told:
-                        told.add(what)
+                    if text and told.get(what) != text and (what == "Time" or what not in told):
+                        told[what] = text  # the time again where it is known better
                         say(f"{what}: {text}.")
                 update(counts)
 

@@ -139,9 +139,21 @@ def test_a_start_at_the_point_needs_no_way_through():
     [
         ("...", "...", "Bring up to 10 klbf and 80 rpm from below"),
         ("www", "w...", "Go to 10 klbf and 80 rpm speed first, 1 to 20 rpm/s"),
-        ("www", "w..", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, 2 of 6 ways in ended free"),
-        ("www", "www", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free"),
-        ("xxx", "xxx", "No setting is safe: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free"),
+        (
+            "www",
+            "w..",
+            "No setting is recommended: at 10 klbf and 80 rpm, the best of the map, 2 of 6 ways in ended free",
+        ),
+        (
+            "www",
+            "www",
+            "No setting is recommended: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free",
+        ),
+        (
+            "xxx",
+            "xxx",
+            "No setting is recommended: at 10 klbf and 80 rpm, the best of the map, none of 6 ways in ended free",
+        ),
     ],
 )
 def test_trials_confirm_or_withdraw(weight, speed, begins):

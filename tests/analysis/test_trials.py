@@ -347,6 +347,32 @@ def test_the_sentence_names_what_helps():
     assert len(more.split()) <= MOST_WORDS
 
 
+def test_nothing_is_safe_only_within_what_was_asked():
+    """Beside a map that is free elsewhere: where one drills, and of a setting that trials withdraw, there."""
+    nothing, of_map = (
+        Advice(Kind.NOTHING, stops=(("whirl", 45 * RPM, 180 * RPM),)),
+        (("rotary_speed",), "field", ("up",)),
+    )
+    drilled = {"ranges": {"wob": {"from": 20 * KLBF, "to": 35 * KLBF}}, "run_up": 4}
+    assert (
+        Words(nothing, *of_map, drilled=drilled).sentence()
+        == "Nothing is safe at 20 to 35 klbf: whirl at 45 to 180 rpm."
+    )
+    alone = Words(nothing, *of_map, drilled={**drilled, "run_up": 0}).sentence()
+    assert alone == "Nothing is safe: whirl at 45 to 180 rpm."
+    withdrawn = sentence(confirmed(POINT, Trials(ways("www", "wwww"))))
+    assert withdrawn.startswith("No setting is recommended: at ")
+    assert "safe" not in withdrawn
+
+
+def test_what_helps_stands_beside_a_hint_from_above():
+    ends = (90 * RPM, 160 * RPM)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=2.8, widest=ends)
+    above = replace(POINT, kind=Kind.NOTHING, grade=Grade.ONLY_FROM_ABOVE, stops=(("whirl", 45 * RPM, 180 * RPM),))
+    found = confirmed(above, Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF))
+    assert "Stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm" in sentence(found)
+
+
 def test_changes_are_ranked_by_robustness_then_by_effort():
     """Soft torque that allows 32 to 49 rpm is poor, though it is switched on at once; stabilisers come before
     collars that are ordered, and these before a bit that no rig can make, though it has the most room."""
@@ -393,11 +419,54 @@ def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
     span = replace(span, trials=ways("...", "...."))
     found = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span), wob=20 * KLBF)
     assert trial_words.best_words(found, "rotary_speed", FIELD).endswith("at 20 klbf, untried elsewhere")
-    assert "with stabilisers 30 ft apart at 20 klbf and 120 rpm" in trial_words.best_trials(found, FIELD)
+    of_trials = trial_words.best_trials(found, "rotary_speed", FIELD)
+    assert "with stabilisers 30 ft apart at 20 klbf and 120 rpm" in of_trials
     told = list(trial_words.lines(found, "rotary_speed", FIELD))
     assert any("30 ft apart, at 20 klbf and 120 rpm:" in line for line in told)
     weight = replace(span, name="weight", words="13 klbf on the bit")
     assert "20 klbf" not in trial_words.change_words(weight, found, "rotary_speed", FIELD)
+
+
+def test_a_change_tells_what_it_frees_at_each_weight_at_which_it_was_run():
+    """At 20 klbf, at which the map is drilled, 30 ft stabilisers free nothing, and at 10 and 5 klbf they do: they help
+    there, and no words say that they free nothing, but at 20 klbf."""
+    ends, light = (90 * RPM, 160 * RPM), (60 * RPM, 100 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", room=0.0)
+    at_10 = replace(span, free=(ends,), room=2.8, widest=ends, speed=120 * RPM, wob=10 * KLBF)
+    at_5 = replace(at_10, free=(light,), room=2.5, widest=light, speed=80 * RPM, wob=5 * KLBF)
+    here = replace(span, wob=20 * KLBF, others=(at_5, at_10))
+    as_it_is = replace(none, wob=20 * KLBF, others=tuple(replace(none, wob=one * KLBF) for one in (5, 10)))
+    found = Trials(changes=(as_it_is, here), wob=20 * KLBF, mapped=True, nothing=True)
+    assert found.nearest_first(found.helping) == [at_10, at_5], "the nearer to what is drilled with first"
+    assert found.best == at_10
+    told = trial_words.best_words(found, "rotary_speed", FIELD)
+    assert told == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm at 10 klbf"
+    assert trial_words.best_trials(found, "rotary_speed", FIELD).endswith(
+        "At other weights: one way up 60 to 100 rpm at 5 klbf, nothing at 20 klbf."
+    )
+    told_all = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert told_all[0].startswith("One change at a time, each run one way up at 5 klbf, 10 klbf, 20 klbf")
+    assert "nowhere" not in " ".join(told_all)
+    assert " ".join(told_all[-1].split()) == "at 20 klbf free at no speed that was run"
+    data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
+    assert (data["wob"], data["room"]) == ({"wob": 20 * KLBF}, 0.0)
+    assert [(one["wob"]["wob"], one["room"]) for one in data["at_other_weights"]] == [(5 * KLBF, 2.5), (10 * KLBF, 2.8)]
+    whirls = replace(at_10, trials=ways("www", "wwww"))
+    tried = replace(found, changes=(as_it_is, here.with_one(whirls)))
+    assert tried.best is None, "of the other weight no more is known than of the one that failed"
+    row = next(line for line in trial_words.lines(tried, "rotary_speed", FIELD) if "160 rpm" in line)
+    assert "by trials not known" not in row
+    free_here = replace(as_it_is, others=(replace(at_10, name="none", key="", room=2.9), replace(none, wob=5 * KLBF)))
+    less = replace(found, changes=(free_here, here), nothing=False)
+    assert less.best == at_5, "at 10 klbf the string is free as it is"
+
+
+def test_a_change_at_one_weight_says_at_which_it_frees_nothing():
+    none = Change("none", "", "", "as it is", room=0.0, wob=20 * KLBF)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", room=0.0, wob=20 * KLBF)
+    told = list(trial_words.lines(Trials(changes=(none, soft), wob=20 * KLBF), "rotary_speed", FIELD))
+    assert told[2].split("  ")[-1].strip() == "free at no speed that was run at 20 klbf"
 
 
 def test_what_comes_where_a_vibration_ends_is_told():
@@ -491,7 +560,7 @@ def test_what_helps_is_judged_by_trials_of_it():
         trial_words.best_words(alone, "rotary_speed", FIELD)
         == "stabilisers 30 ft apart, at the next trip, may free 90 to 160 rpm"
     )
-    assert trial_words.best_trials(alone, FIELD) == (
+    assert trial_words.best_trials(alone, "rotary_speed", FIELD) == (
         "In trials with stabilisers 30 ft apart at 120 rpm 7 of 7 ways in were free; the bit held and let go: "
         "bit-bounce."
     )
@@ -508,7 +577,7 @@ def test_what_helps_is_judged_by_trials_of_it():
     assert Trials(changes=(as_it_is, other, bad)).best == other
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
-        trial_words.best_trials(Trials(changes=(as_it_is, span)), FIELD)
+        trial_words.best_trials(Trials(changes=(as_it_is, span)), "rotary_speed", FIELD)
         == "What stabilisers 30 ft apart would free is of one way up; no trial of that was run."
     )
     found = data_of(confirmed(POINT, alone), "rotary_speed")["changes"][1]

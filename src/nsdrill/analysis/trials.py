@@ -121,8 +121,8 @@ class Change:
     """One change of the string, run as one way up: the ``key`` of the study with its new
     ``value`` as text, both empty for the string as it is; in ``words``; over which
     ``free`` stretches of the first axis it is free from below; and the greatest ``room``
-    in tolerances, None where it is not known, with ``why``. ``trials`` are those of the string
-    as it is changed, at ``speed`` [rad/s], where the room is; none where they were not run."""
+    in tolerances, None where it is not known, with ``why``; all at the weight ``wob`` [N]. ``trials`` are those of the
+    string as it is changed, at ``speed`` [rad/s], where the room is; none where they were not run."""
 
     name: str
     key: str
@@ -143,11 +143,40 @@ class Change:
     there were none."""
     holds_usual: bool | None = None
     """Whether it is free as well with a usual, lower damping of torsion; None where that was not tried."""
+    wob: float | None = None
+    others: tuple[Change, ...] = ()
+    """The same at the other weights at which it was run."""
+
+    @property
+    def every(self) -> list[Change]:
+        """It at each weight at which it was run, the lightest first."""
+        return sorted((replace(self, others=()), *self.others), key=lambda one: one.wob or 0.0)
+
+    def at(self, wob: float | None) -> Change:
+        """It at one of its weights; as it is where it was not run at that."""
+        return next((one for one in self.every if one.wob == wob), self)
+
+    def is_of(self, other: Change) -> bool:
+        """Whether an ``other`` is the same, maybe at another weight."""
+        return (self.key, self.value) == (other.key, other.value)
+
+    def with_one(self, other: Change) -> Change:
+        """It with an ``other`` in place of that at the same weight; itself where the other is no such one."""
+        if not self.is_of(other):
+            return self
+        if other.wob == self.wob:
+            return replace(other, others=self.others)
+        return replace(self, others=tuple(other if one.wob == other.wob else one for one in self.others))
 
     @property
     def has_room(self) -> bool:
         """Whether it has room for a tolerance."""
         return (self.room or 0.0) >= 1.0 - 1e-9
+
+    @property
+    def holds_setting(self) -> bool:
+        """Whether its setting lies in what it allows."""
+        return self.widest is not None and self.widest[0] <= (self.speed or 0.0) <= self.widest[1]
 
     @property
     def effort(self) -> Effort:
@@ -220,7 +249,7 @@ class Change:
 @dataclass(frozen=True)
 class Trials:
     """The trials of a setting, and the changes that were run where none is allowed: at
-    the weight ``wob`` [N]. ``settled`` and ``observed`` [s] are how long a trial was held
+    the weight ``wob`` [N], and some at others. ``settled`` and ``observed`` [s] are how long a trial was held
     at its last speed, and over how long of that it was judged."""
 
     trials: tuple[Trial, ...] = ()
@@ -309,14 +338,24 @@ class Trials:
         return next((one for one in self.changes if not one.key), None)
 
     @property
+    def wobs(self) -> list[float]:
+        """The weights [N] at which changes were run, but for those of the weight."""
+        found = {one.wob for change in self.changes if change.name != "weight" for one in change.every} - {None}
+        return sorted(one for one in found or {self.wob} if one is not None)
+
+    @property
     def helping(self) -> list[Change]:
-        """The changes with room for a tolerance, and more than the string has as it is: a tolerance
-        more where it has so much already, of which less is no gain that a driller can hold,
+        """The changes, each at each of its weights, with room for a tolerance, and more than the string has as it is at
+        that weight: a tolerance more where it has so much already, of which less is no gain that a driller can hold,
         unless trials take that away."""
-        now = self.as_it_is
+        return [one for change in self.changes if change.key for one in change.every if self._helps(one)]
+
+    def _helps(self, one: Change) -> bool:
+        now = self.as_it_is and self.as_it_is.at(one.wob)
+        is_here = now is not None and now.wob in (None, self.wob)  # to what the map and its trials say
         least = (now.room or 0.0) if now is not None and not self.nothing else 0.0
-        gain = 1.0 - 1e-9 if now is not None and now.has_room and not self._is_poor else 0.0
-        return [one for one in self.changes if one.key and one.has_room and (one.room or 0.0) > least + gain]
+        gain = 1.0 - 1e-9 if now is not None and now.has_room and not (is_here and self._is_poor) else 0.0
+        return one.has_room and (one.room or 0.0) > least + gain
 
     @property
     def _is_poor(self) -> bool:
@@ -331,21 +370,38 @@ class Trials:
         None where no change helps, or where only some samples need one."""
         now = self.as_it_is
         has_room = now is not None and now.has_room
-        if has_room and not self.mapped:
-            return None if self.samples else now
+        if now is not None and not self.mapped and (free := [one for one in (now, *now.every) if one.has_room]):
+            return None if self.samples else free[0]
         share = _free_share(self.ways_in()) if has_room and not self._is_poor else 0.0
         # where some were tried, of the others nothing more is known than of those that failed
         tried = [one for one in self.helping if one.trials] or self.helping
         found = [one for one in tried if one.is_sound and (not one.trials or one.free_ways >= share)]
         return max(found, key=lambda one: one.rank, default=None)
 
+    def nearest_first(self, changes: Iterable[Change]) -> list[Change]:
+        """``changes`` in the order in which trials of them promise most: of those as robust that take as much effort
+        what is free at the weights nearest to those that are drilled with."""
+        here = self.wob or 0.0
+        return sorted(changes, key=lambda one: (*one.rank[:2], -abs((one.wob or here) - here), one.room), reverse=True)
+
 
 def narrowed(change: Change, low: float, high: float) -> Change:
     """The ``change`` that allows no more than the speeds from ``low`` to ``high`` [rad/s], with the room that this
     leaves at its setting."""
-    speed = change.speed or 0.0
-    margin = min(speed - low, high - speed) / float(tolerance("rotary_speed", np.array([speed, speed]))[0])
-    return replace(change, widest=(low, high), room=max(min(change.room or 0.0, margin), 0.0))
+    return replace(change, widest=(low, high), room=_room_at(change.speed or 0.0, low, high))
+
+
+def deepest(change: Change) -> Change:
+    """The ``change`` with its setting at the speed that has the most room in what it allows."""
+    if change.widest is None:
+        return change
+    speed = sum(change.widest) / 2.0  # as a tolerance is a share of the speed, or a least one
+    return replace(change, speed=speed, room=_room_at(speed, *change.widest))
+
+
+def _room_at(speed: float, low: float, high: float) -> float:
+    margin = min(speed - low, high - speed)
+    return max(margin / float(tolerance("rotary_speed", np.array([speed, speed]))[0]), 0.0)
 
 
 def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
@@ -432,6 +488,31 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
     ]
 
 
+def _plain_change(one: Change, along: str) -> Answer:
+    return {
+        "name": one.name,
+        "key": one.key,
+        "set": one.value,
+        "wob": None if one.wob is None else {"wob": one.wob},
+        "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
+        "room": one.room,
+        "effort": one.effort.words if one.key else None,
+        "robust": one.robust.name.lower() if one.key and one.has_room else None,
+        "share_free": one.share if one.trials else None,
+        "stay_within": None
+        if one.widest is None or one.weights is None
+        else {
+            axis: {"from": low, "to": high}
+            for axis, (low, high) in (("rotary_speed", one.widest), ("wob", one.weights))
+        },
+        "holds_with_usual_damping": one.holds_usual,
+        "why": one.why,
+        "jump": one.jump and data_of_jump(one.jump),
+        "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
+        "trials": _plain(one.trials),
+    }
+
+
 def data_of(found: Trials, along: str) -> Answer:
     """Trials and changes as plain data: values stand under the name of their quantity."""
     return {
@@ -439,27 +520,10 @@ def data_of(found: Trials, along: str) -> Answer:
         "trials_counted": counted(found.trials),
         "changes": [
             {
-                "name": one.name,
-                "key": one.key,
-                "set": one.value,
-                "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
-                "room": one.room,
-                "effort": one.effort.words if one.key else None,
-                "robust": one.robust.name.lower() if one.key and one.has_room else None,
-                "share_free": one.share if one.trials else None,
-                "stay_within": None
-                if one.widest is None or one.weights is None
-                else {
-                    axis: {"from": low, "to": high}
-                    for axis, (low, high) in (("rotary_speed", one.widest), ("wob", one.weights))
-                },
-                "holds_with_usual_damping": one.holds_usual,
-                "why": one.why,
-                "jump": one.jump and data_of_jump(one.jump),
-                "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
-                "trials": _plain(one.trials),
+                **_plain_change(change, along),
+                "at_other_weights": [_plain_change(one, along) for one in change.every if one.wob != change.wob],
             }
-            for one in found.changes
+            for change in found.changes
         ],
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],

@@ -599,7 +599,7 @@ Tried = Annotated[
         "--trials",
         kind=Flag(),
         help="Run trials of the answer, which confirm or withdraw it; where no setting has room, of changes that may "
-        "help. They take seconds to a minute.",
+        "help. They take seconds to minutes.",
     ),
 ]
 Json = Annotated[bool, Argument("Print JSON.", option="--json", kind=Flag())]

@@ -223,7 +223,7 @@ def _with_control(one: Sheet) -> str:
 
 def _helps(one: Sheet) -> list[str]:
     """What would allow a setting, without options of the command; a hint is not ordered."""
-    tests = best_trials(one.advice.trials, one.fmt)  # which stand below
+    tests = best_trials(one.advice.trials, one.maps.x, one.fmt)  # which stand below
     found = [re.sub(r" \(--[^)]*\)", "", text) for text in would_help(one.window, one.units) if text != tests]
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
@@ -456,9 +456,9 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 
 
 def _exceed(one: Sheet) -> tuple[str, str]:
-    """What never to exceed, and why; nothing is allowed where trials withdraw the setting."""
+    """What never to exceed, and why; none is told where trials withdraw the setting, of which alone they tell."""
     if one.orders.is_withdrawn:
-        return "none", f"is allowed: {one.orders.why_withdrawn()}"
+        return "none", f"is recommended: at {one.orders.setting()} {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return most[0], f"never exceed: {most[1]}"
     return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
@@ -676,7 +676,7 @@ def _told_of_trials(one: Sheet) -> list[str]:
     """How the ways in of the trials ended."""
     found = one.advice.trials
     ways = [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
-    return [*ways, *filter(None, [best_trials(found, one.fmt)])]
+    return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 
 def _bold(text: str) -> str:

@@ -58,6 +58,7 @@ def needed_for_words(
     float,
     Answer | None,
     str,
+    Answer | None,
 ]:
     """What :class:`Words` are made of, for a window, the ``summary``."""
     passed = summary["passed_over"]
@@ -74,6 +75,7 @@ def needed_for_words(
         summary["fixed"].get("rotary_speed", math.inf),
         summary["chain"],
         summary["model"],
+        summary["within"],
     )
 
 
@@ -98,7 +100,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
     helps = trial_words.best_words(tried, along, fmt)
     if helps and helps.lower() not in sentence.lower():
         told.append(f"{helps[0].upper()}{helps[1:]}.")
-    if tests := trial_words.best_trials(tried, fmt):
+    if tests := trial_words.best_trials(tried, along, fmt):
         told.append(tests)
     if milder is None:
         return told

@@ -18,6 +18,7 @@ from nsdrill.analysis.trials import (
     Trial,
     Trials,
     Way,
+    bad_tag,
     free_from,
 )
 from nsdrill.errors import count
@@ -98,8 +99,9 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
     """What a ``change`` frees, and at which weight alone it was tried; "" where it frees nothing."""
     if change.widest is None:
         return ""
-    where = f" at {fmt.value('wob', found.wob)}" if found.wob is not None and change.name != "weight" else ""
-    where += ", untried elsewhere" if where and change.key else ""
+    wob = _weight_of(change, found)
+    where = f" at {fmt.value('wob', wob)}" if wob is not None and change.name != "weight" else ""
+    where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
     free = f"{fmt.range_inwards(along, *change.widest)}{where}"
@@ -115,26 +117,50 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
     return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{assumed}"
 
 
-def best_trials(found: Trials | None, fmt: Formatter) -> str:
+def _weight_of(change: Change, found: Trials | None) -> float | None:
+    """The weight [N] at which a ``change`` was run; None where it is not known."""
+    return change.wob if change.wob is not None or found is None else found.wob
+
+
+def elsewhere(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
+    """What a ``change`` frees at the other weights at which it was run: ``At other weights: one way up 66 to 140 rpm at
+    10 klbf, nothing at 30 klbf.``; "" where at none."""
+    whole = next((one for one in found.changes if one.is_of(change)), change)
+    parts: dict[str, list[str]] = {"by trials": [], "one way up": []}
+    for one in whole.every:
+        if one.wob is None or one.wob == change.wob:
+            continue
+        ends = one.free
+        if one.trials:
+            ends = (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+        free = ", ".join(fmt.range_inwards(along, *each) for each in ends) or "nothing"
+        told = "not known" if one.room is None else free
+        parts["by trials" if one.trials else "one way up"].append(f"{told} at {fmt.value('wob', one.wob)}")
+    listed = [f"{by} {', '.join(those)}" for by, those in parts.items() if those]
+    return f" At other weights: {'; '.join(listed)}." if listed else ""
+
+
+def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
     """How the trials of the change that helps most ended: ``In trials with 9.5 in collars at 100 rpm 7
     of 7 ways in were free; knocked off the rock: bit-bounce``; "" where no change helps."""
     best = found.best if found is not None else None
-    if best is None or not best.key:
+    if found is None or best is None or not best.key:
         return ""
+    more = elsewhere(best, found, along, fmt)
     if not best.trials or best.speed is None:
-        return f"What {best.words} would free is of one way up; no trial of that was run."
+        return f"What {best.words} would free is of one way up; no trial of that was run.{more}"
     ways = [one for one in best.trials if one.way == Way.IN]
     bad = [one for one in best.inside if one.outcome.is_bad and one.way != Way.IN and one.name != SLOWED]
     told = "; ".join(f"{place(one, fmt)}: {outcome_words(one)}" for one in bad)
     unknown = sum(one.outcome == Outcome.UNKNOWN for one in best.trials)
     parts = [f"{_free(ways)} ways in were free", told, f"{unknown} not known" if unknown else ""]
-    return f"In trials with {best.words} at {_tried_at(best, found, fmt)} {'; '.join(filter(None, parts))}."
+    return f"In trials with {best.words} at {_tried_at(best, found, fmt)} {'; '.join(filter(None, parts))}.{more}"
 
 
 def _tried_at(change: Change, found: Trials | None, fmt: Formatter) -> str:
     """Where a change was tried: ``20 klbf and 100 rpm``; of another weight, which its words name, the speed."""
     speed = fmt.value("rotary_speed", change.speed or 0.0)
-    wob = found.wob if found is not None and change.name != "weight" else None
+    wob = _weight_of(change, found) if change.name != "weight" else None
     return speed if wob is None else f"{fmt.value('wob', wob)} and {speed}"
 
 
@@ -152,15 +178,26 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         for one in found.trials:
             yield f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}"
     if found.changes:
-        at = "" if found.wob is None else f" at {fmt.value('wob', found.wob)}"
+        at = f" at {', '.join(fmt.value('wob', wob) for wob in found.wobs)}" if found.wobs else ""
         yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
         for change in found.changes:
-            words = f"{change.words}, by the map" if found.mapped and not change.key else change.words
-            yield f"  {words:{_WIDTH}s}{_freed(change, along, fmt)}"
-        for change in found.changes:
+            yield from _rows(change, found, along, fmt)
+        for change in (one for each in found.changes for one in each.every):
             if change.trials and change.speed is not None:
                 yield f"Trials with {change.words}, at {_tried_at(change, found, fmt)}:"
                 yield from (f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}" for one in change.trials)
+
+
+def _rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
+    """What a ``change`` does: a row, or one for each of its weights."""
+    words = f"{change.words}, by the map" if found.mapped and not change.key else change.words
+    if not change.others:
+        yield f"  {words:{_WIDTH}s}{_freed(change, found, along, fmt)}"
+        return
+    yield f"  {words}"
+    for one in change.every:
+        at = f"  at {fmt.value('wob', one.wob or 0.0)}"
+        yield f"  {at:{_WIDTH}s}{_freed(one, found, along, fmt)}"
 
 
 def _numbers(found: Trials) -> str:
@@ -185,25 +222,40 @@ def corner_words(one: Trial, fmt: Formatter) -> str:
     return f"{fmt.value('wob', one.wob or 0.0)} and {fmt.value('rotary_speed', one.speed or 0.0)}"
 
 
-def _freed(change: Change, along: str, fmt: Formatter) -> str:
-    if change.room is None:
+def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
+    if change.room is None and not change.trials:
         return f"not known: {change.why}"
     text = ", ".join(fmt.range_inwards(along, *ends) for ends in change.free)
     of = quantity(along).words
-    told = f"; {change.why}" if change.why else ""
+    told = f"; {change.why}" if change.why and change.room is not None else ""
     if (jump := change.jump) is not None:
         at = fmt.range_outwards(jump.axis, jump.low, jump.high)
         told += f"; steps of {fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
     if change.holds_usual is False:
         told += "; not with a usual damping of torsion"
     if not text:
-        return f"nowhere free{told}"
-    if change.weights is not None and change.widest is not None and change.has_room:
-        ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
-        told += f"; by trials {ends}: {change.robust.name.lower()}, {change.effort.words}"
-    elif change.weights is not None:
-        told += "; by trials no room"
-    return f"free at {text}; along the {of} room for {change.room:.1f} tolerances{told}"
+        wob = None if change.name == "weight" or len(found.wobs) > 1 else _weight_of(change, found)  # the row has it
+        at = f" at {fmt.value('wob', wob)}" if wob is not None else ""
+        return f"free at no {of} that was run{at}{told}"
+    room = "" if change.room is None else f"; along the {of} room for {change.room:.1f} tolerances"
+    return f"free at {text}{room}{told}{_by_trials(change, along, fmt)}"
+
+
+def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
+    """What trials left of what a ``change`` frees."""
+    if change.weights is None or change.widest is None:
+        return ""
+    at = fmt.value(along, change.speed or 0.0)
+    if change.room is None:
+        return f"; by trials not known: {change.why}"
+    if not change.is_reached:
+        return f"; by trials not reached: {ways_words(Trials(change.trials))} at {at}"
+    if (tagged := bad_tag(change.trials)) is not None:
+        return f"; by trials not at {at}: {tagged.name} {outcome_words(tagged)}"
+    if not change.has_room:
+        return "; by trials no room"
+    ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
+    return f"; by trials {ends}: {change.robust.name.lower()}, {change.effort.words}"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:

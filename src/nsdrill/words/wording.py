@@ -79,7 +79,8 @@ class Words:
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
     ``carried`` along an axis, by default the first one; so many points are ``unknown``.
     The speed [rad/s] is ``held_speed`` where it is not swept. The ``chain`` is that of a
-    window's summary. The ``model`` has the responses."""
+    window's summary. The ``model`` has the responses. Outside of where one has ``drilled``, the ``within`` of the
+    summary, points may be free that are not allowed."""
 
     def __init__(
         self,
@@ -95,12 +96,14 @@ class Words:
         held_speed: float = inf,
         chain: Answer | None = None,
         model: str = MODEL,
+        drilled: Answer | None = None,
     ) -> None:
         self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units, model)
         self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
         self.carried, self.unknown, self.held_speed = carried or axes[0], unknown, held_speed
         self.chain = chain if chain is not None and chain["part"] else None
         self.responses, self.drills = described(model).critical, described(model).drills
+        self.drilled = drilled if drilled is not None and drilled["run_up"] else None
         self.moved = self.chain is None or self.chain["held"]["points"] > 1
 
     def verbs_of(self, responses: Iterable[str], last: str = "and") -> str:
@@ -315,17 +318,23 @@ class Words:
         )
 
     def _withdrawn(self) -> str:
-        """Where trials leave nothing of the setting: it is no hint either, as it is not to be run at."""
+        """Where trials leave nothing of the setting: it is no hint either, as it is not to be run at. Of other
+        settings, which the map may draw as free, trials say nothing."""
         why, setting = self.why_withdrawn(), self.setting()
-        text = f"No setting is safe: at {setting}, the best of the map, {why}."
+        text = f"No setting is recommended: at {setting}, the best of the map, {why}."
         helps = self._helps()
         if not helps:
-            return text
-        brief = f"No setting is safe: at {setting} {why}."
+            return first_short(*([f"{text} No other was tried."] if self._has_others else []), text)
+        brief = f"No setting is recommended: at {setting} {why}."
         is_tagged = not self.advice.trials or not self.advice.trials.withdraws
         least = f"Unsafe: {setting}, {'after a pick up and tag' if is_tagged else why}."
         shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", least)
         return first_short(*(f"{begin} {helps}" for begin in (text, brief, least, shortest)))
+
+    @property
+    def _has_others(self) -> bool:
+        """Whether the map allows other settings than the point."""
+        return any(one.low < one.high for one in self.advice.lines.values())
 
     def why_withdrawn(self) -> str:
         """``none of 8 ways in ended free in trials``, or ``picked up and tagged again it bounces``."""
@@ -607,7 +616,7 @@ class Words:
 
     def _nothing(self) -> str:
         if self.confidence is not None:
-            text = f"Nothing is {self._known()}{100 * self.confidence:g} % safe"
+            text = f"Nothing is {self._known()}{100 * self.confidence:g} % safe{self._where()}"
             if self.advice.point:
                 return f"{text}. Best: {self.setting()}, {self.how}, {self._percent()}."
             return self._stopped(f"{text}, at no point in any sample:")
@@ -620,10 +629,19 @@ class Words:
                 )
                 return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
             return self._stopped(
-                f"Nothing is {self._known()}safe {raised}. {self.setting()} is free only "
-                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};"
+                f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only "
+                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};",
+                self._helps(),
             )
-        return self._stopped(f"Nothing is {self._known()}safe:", self._helps())
+        return self._stopped(f"Nothing is {self._known()}safe{self._where()}:", self._helps())
+
+    def _where(self) -> str:
+        """Within what nothing is safe, where other points of the map are free: `` at 20 to 35 klbf``."""
+        ends = [
+            self.fmt.range(axis, [one["from"], one["to"]])
+            for axis, one in (self.drilled or {"ranges": {}})["ranges"].items()
+        ]
+        return f" at {' and '.join(ends)}" if ends else ""
 
     def _stopped(self, text: str, after: str = "") -> str:
         """The ``text`` with what stops it, as much as there are words for beside what comes ``after``."""

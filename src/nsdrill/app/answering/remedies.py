@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from nsdrill.analysis.graded import SLACK, Graded, graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
-from nsdrill.analysis.trials import OTHER_BIT, Change, narrowed
+from nsdrill.analysis.trials import OTHER_BIT, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.check import damping_of_torsion, lasting_motions
@@ -45,15 +45,16 @@ AS_IT_IS = Change("none", "", "", "as it is")
 
 @dataclass(frozen=True)
 class Changed:
-    """The changes of the string at ``values`` of the axes, over the range of the
-    ``speeds`` [rad/s] of the file; ``within`` has the least and the greatest weight [N] and
-    speed [rad/s] at which one drills, where these are given: no change leaves them."""
+    """The changes of the string at ``values`` of the axes, and at other ``weights`` [N] of the file, over the range of
+    its ``speeds`` [rad/s]; ``within`` has the least and the greatest weight [N] and speed [rad/s] at which one drills,
+    where these are given: no change leaves them."""
 
     motions: Motions
     values: Mapping[str, float]
     speeds: Array
     severity: int | None = None
     within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    weights: tuple[float, ...] = ()
 
     def all(self) -> list[Change]:
         """The changes that the model reads, and that are not there already."""
@@ -93,18 +94,34 @@ class Changed:
             yield Change(OTHER_BIT, LOBES, "0 m", "the same bit without lobes")
 
     def run(self, change: Change) -> Change:
-        """The ``change`` with where it is free from below, and how much room it has. A value that a study
-        cannot have, or runs that failed, are why it is not known."""
+        """The ``change`` with where it is free from below, and how much room it has, at each of its weights. A value
+        that a study cannot have, or runs that failed, are why it is not known."""
+        first, *others = self._run_at(change, self.wobs(change))
+        return replace(first, others=tuple(others))
+
+    def wobs(self, change: Change) -> list[float]:
+        """The weights [N] at which a ``change`` is run, that of the :attr:`values` first; its own of one of the
+        weight."""
+        if change.name == "weight":
+            return [to_si(change.value, "N")]
+        here = self.values["wob"]
+        return [here, *(wob for wob in self.weights if wob != here)]
+
+    def _run_at(self, change: Change, wobs: Sequence[float]) -> list[Change]:
+        """The ``change`` at each of these weights [N], which are run side by side."""
         try:
-            results = run_in_memory(self.study_of(change), workers=1)
+            results = run_in_memory(self.study_of(change, wobs), workers=1)
         except NsdrillError as error:
-            return replace(change, why=str(error).splitlines()[0].rstrip("."))
-        # the speed alone is an axis here
-        drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis in results.swept})
-        maps = graded(with_lasting_motions(drilled), self.severity)
-        failed, of = int(np.count_nonzero(has_failed(results["status"]))), results["status"].size
-        change = replace(change, why=f"{failed} of {of} runs failed" if failed else "")
-        return change if failed == of else shown(change, maps, 0, 0)
+            return [replace(change, wob=wob, why=str(error).splitlines()[0].rstrip(".")) for wob in wobs]
+        drilled = drilled_within(results, {axis: ends for axis, ends in self.within.items() if axis == "rotary_speed"})
+        maps, found = graded(with_lasting_motions(drilled), self.severity), []
+        for wob in wobs:
+            row = int(np.abs(maps.results.coords["wob"] - wob).argmin())
+            status = np.take(results["status"], row, axis=1 + results.axes.index("wob"))
+            failed, of = int(np.count_nonzero(has_failed(status))), status.size
+            one = replace(change, wob=wob, why=f"{failed} of {of} runs failed" if failed else "")
+            found.append(one if failed == of else shown(one, maps, 0, row if maps.y == "wob" else 0))
+        return found
 
     def with_usual_damping(self, change: Change) -> Change:
         """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
@@ -113,25 +130,26 @@ class Changed:
         damping = damping_of_torsion(study)
         if damping is None or damping.ratio < USUAL or change.widest is None:
             return change
-        resolved = self.motions.resolved(self.values)
+        resolved = self.motions.resolved(self._at(change))
         section, name = KEY.split(".")
         resolved[section] |= {name: damping.usual}
-        usual = replace(self, motions=Motions(prepare(parse_study(study_text(resolved), "the study"))))
+        motions = Motions(prepare(parse_study(study_text(resolved), "the study")))
+        usual = replace(self, motions=motions, values=self._at(change), weights=())
         ran = usual.run(change)
         if ran.room is None:
             return replace(change, why=f"with a usual damping of torsion not known: {ran.why}")
-        speed = change.speed or 0.0
-        at = next(((first, last) for first, last in ran.free if first <= speed <= last), None)
-        if at is None:
-            return replace(change, holds_usual=False)
-        less = narrowed(change, max(change.widest[0], at[0]), min(change.widest[1], at[1]))
-        return replace(less, holds_usual=True) if less.has_room else replace(change, holds_usual=False)
+        low, high = change.widest
+        both = [narrowed(change, max(low, first), min(high, last)) for first, last in ran.free]
+        less = max(map(deepest, both), key=lambda one: one.room or 0.0, default=None)
+        is_left = less is not None and less.has_room
+        return replace(less if is_left and less is not None else change, holds_usual=is_left)
 
-    def study_of(self, change: Change) -> Study:
+    def study_of(self, change: Change, wobs: Sequence[float] = ()) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
-        which a motion begins that may last."""
+        which a motion begins that may last; at these weights [N], by default at its own."""
+        change = replace(change, wob=wobs[0] if wobs else change.wob)
         ends = float(np.min(self.speeds)), float(np.max(self.speeds))
-        resolved = self.motions.resolved(self.values)
+        resolved = self.motions.resolved(self._at(change))
         resolved["simulation"] |= {"transient": self.held[0], "observe": self.held[1], "verify": False}
 
         def along(speeds: Array) -> Study:
@@ -141,6 +159,8 @@ class Changed:
                 "along": "rotary_speed",
                 "refine": 0,
             }
+            if len(wobs) > 1:
+                resolved["sweep"]["wob"] = sorted(wobs)
             return self._parsed(resolved, change)
 
         speeds = np.linspace(*ends, SPEEDS)
@@ -159,15 +179,22 @@ class Changed:
         return max(SETTLE, own.transient), max(OBSERVE, own.observe)
 
     def seconds(self, change: Change) -> float:
-        """How much time a change simulates [s]; none of one that no study can have."""
+        """How much time a change simulates in its longest chain [s]; none of one that no study can have."""
         try:
-            return len(self.study_of(change).axes["rotary_speed"]) * sum(self.held)
+            return len(self.study_of(change, self.wobs(change)).axes["rotary_speed"]) * sum(self.held)
         except NsdrillError:
             return 0.0
 
     def rate(self) -> float:
-        """How much time a second of the string as it is takes [s/s], on this machine, now."""
-        return cost_of_second(self.study_of(AS_IT_IS), TIMED)
+        """How much time a second of the string as it is takes [s/s], at all its weights side by side, on this machine,
+        now."""
+        wobs = self.wobs(AS_IT_IS)
+        return cost_of_second(self.study_of(AS_IT_IS, wobs), TIMED) * len(wobs)
+
+    def _at(self, change: Change, **more: float) -> dict[str, float]:
+        """The values of the axes at which a ``change`` is run, with ``more``."""
+        wob = {} if change.wob is None or change.name == "weight" else {"wob": change.wob}
+        return {**self.values, **wob, **more}
 
     def _parsed(self, resolved: Resolved, change: Change) -> Study:
         return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])
@@ -176,7 +203,7 @@ class Changed:
         """The motions of the string with a ``change``, and the values of its operating point: at
         the speed with the most room."""
         assert change.speed is not None
-        study = self._parsed(self.motions.resolved({**self.values, "rotary_speed": change.speed}), change)
+        study = self._parsed(self.motions.resolved(self._at(change, rotary_speed=change.speed)), change)
         return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
 
 

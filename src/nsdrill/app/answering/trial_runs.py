@@ -42,7 +42,7 @@ from nsdrill.analysis.trials import (
     free_stretches,
     hopeful,
 )
-from nsdrill.app.answering.remedies import Changed
+from nsdrill.app.answering.remedies import AS_IT_IS, Changed
 from nsdrill.app.check import checks_of
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
@@ -76,10 +76,18 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-TRIED, OF_TRIED = 2, 7000.0  # changes that have trials, as a rule, and s simulated in those of one
-FREE_COST = 0.2  # of what a second of the string as it is costs, where most of its motions roll: that of trials
+TRIED, OF_TRIED = 3, 14000.0  # changes that have trials, as a rule, and s simulated in those of one
+FREE_COST = 0.6  # of what a second of the string as it is costs, where most of its motions roll: that of trials
+
+BUSY = 0.8  # of the time of a thread, below which others take the rest
+SIDE_BY_SIDE = 2.0  # what chains of several weights cost by one of them
+NOW = "on this machine as it is loaded now"
 
 Knots = Mapping[str, Sequence[tuple[float, float]]]  # of each ramp the times [s] and the values
+
+
+def _about(seconds: float) -> str:
+    return f"about {max(seconds, 1.0):.0f} s"
 
 
 class Told:
@@ -88,9 +96,10 @@ class Told:
 
     def __init__(self, watch: Watch, workers: int = 1) -> None:
         self.watch, self.workers, self.price = watch, workers, ""
-        self.changes = 0
-        self.of_changes, self.is_sure = 0.0, False
+        self.changes, self.abreast = 0, workers
+        self.of_ways_up, self.of_one, self.is_sure = 0.0, 0.0, False
         self.began, self.compiled = time.monotonic(), compiling.seconds
+        self.begin()
 
     def foresee(self, changed: Changed, is_sure: bool, is_first: bool = False) -> None:
         """The changes of the string that follow for ``is_sure``, or else where trials withdraw the setting: each way
@@ -98,30 +107,59 @@ class Told:
         before any trial of the setting, is told at once."""
         found, self.is_sure = changed.all(), is_sure
         self.changes = len(found)
-        way_up = sum(changed.seconds(one) for one in found) / min(self.workers, len(found))
-        self.of_changes = changed.rate() * (way_up + TRIED * OF_TRIED * FREE_COST / self.workers)
+        began, used = time.monotonic(), time.process_time()
+        rate = changed.rate()
+        # what others leave of a busy machine does not grow with the threads
+        is_busy = time.process_time() - used < BUSY * (time.monotonic() - began)
+        self.abreast = 1 if is_busy else min(self.workers, len(found))
+        ways_up = [changed.seconds(one) for one in found]
+        self.of_ways_up = rate * max(sum(ways_up) / self.abreast, max(ways_up))
+        alone = rate / (SIDE_BY_SIDE if len(changed.wobs(AS_IT_IS)) > 1 else 1.0)
+        self.of_one = alone * OF_TRIED * FREE_COST / self.abreast
         if is_first:
-            seconds = max(self.of_changes, 1.0)
-            self.price = f"{count(self.changes, 'change')} and trials of the best, about {seconds:.0f} s"
+            self.price = f"{self._of_changes()}, {NOW}"
+
+    def _of_changes(self) -> str:
+        trials = f"trials of those that help, {_about(TRIED * self.of_one)} more"
+        return f"{count(self.changes, 'change')}, {_about(self.of_ways_up)}, and {trials}"
 
     def timed(self, trials: int, simulated: float, left: float) -> None:
         """Trials, of ``simulated`` [s] in all, have ended; ``left`` [s] are left of the ``trials``, beside the
         changes, of which the best has as many."""
         if self.price:  # all of it is told before
             return
-        seconds = time.monotonic() - self.began - (compiling.seconds - self.compiled)
-        changes, own = count(self.changes, "change"), seconds * left / simulated
+        own = (time.monotonic() - self.began - (compiling.seconds - self.compiled)) * left / simulated
+        if self.changes:  # how busy the machine is was seen
+            own *= min(self.workers, trials) / min(self.abreast, trials)
+        self.price = f"{count(trials, 'trial')}, {_about(own)}"
+        if self.changes:
+            joined = "; " if self.is_sure else "; where they withdraw the setting "
+            self.price += f"{joined}{self._of_changes()}"
+        self.price += f", {NOW}"
 
-        def about(seconds: float) -> str:
-            return f"about {max(seconds, 1.0):.0f} s"
+    def begin(self) -> None:
+        """Measure what changes take from here on."""
+        self.mark = time.monotonic() - compiling.seconds
 
-        if not self.changes:
-            self.price = f"{count(trials, 'trial')}, {about(own)}"
-        elif self.is_sure:
-            self.price = f"{count(trials, 'trial')} and {changes}, {about(own + self.of_changes)}"
-        else:
-            tells = f"where they withdraw the setting {changes} and their trials, {about(self.of_changes)} more"
-            self.price = f"{count(trials, 'trial')}, {about(own)}; {tells}"
+    def _since(self) -> float:
+        """The time since then, without that of compiling."""
+        return time.monotonic() - compiling.seconds - self.mark
+
+    def ran_changes(self, helping: int) -> None:
+        """All ways up have ended since then; trials of at most so many of the changes follow, as much dearer or cheaper
+        than was foreseen as these were."""
+        if self.of_ways_up > 0.0:
+            self.of_one *= self._since() / self.of_ways_up
+        self._follows(helping)
+
+    def ran_one(self, left: int) -> None:
+        """The trials of a change have ended since then; of at most so many are ``left``."""
+        self.of_one = self._since()
+        self._follows(left)
+
+    def _follows(self, left: int) -> None:
+        if left:
+            self.price = f"trials of {count(left, 'change')} at most, {_about(left * self.of_one)} more, as measured"
 
     def at(self, done: int, total: int, note: str, failed: int = 0) -> None:
         self.watch(Progress(total, done=done, failed=failed, note=note, price=self.price))

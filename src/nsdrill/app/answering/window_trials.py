@@ -17,8 +17,8 @@ from nsdrill import interrupt
 from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
-from nsdrill.analysis.graded import SLACK, graded
-from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Trials, Way, narrowed
+from nsdrill.analysis.graded import SLACK, Graded, graded
+from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Trials, Way, deepest, narrowed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
 from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 MOST_CUTS = 12  # of what to stay within, by trials
 MOST_CHANGES = 3  # that are tried
+MOST_SETTINGS = 3  # at which a change is tried
 
 
 def window(
@@ -81,11 +82,13 @@ def tried(
         place = _values(summary, results, motions, advice)
         if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
             place["wob"] = _middle(results.coords["wob"], within.get("wob"))
-        changed = Changed(motions, place, results.coords["rotary_speed"], severity, within)
+        weights = _weights(results, severity, place, within.get("wob"), motions)
+        changed = Changed(motions, place, results.coords["rotary_speed"], severity, within, weights)
         found = replace(found, wob=place["wob"])
     elif is_open and "rotary_speed" in results.swept:  # where trials withdraw it
         place = _values(summary, results, motions, advice)
-        later = Changed(motions, place, results.coords["rotary_speed"], severity, within)
+        weights = _weights(results, severity, place, within.get("wob"), motions)
+        later = Changed(motions, place, results.coords["rotary_speed"], severity, within, weights)
     if (priced := changed or later) is not None:
         told.foresee(priced, is_sure=changed is not None, is_first=not is_open)
     try:
@@ -102,6 +105,7 @@ def tried(
                 changed, found = later, replace(found, wob=place["wob"])
             if changed is not None and not found.interrupted:
                 as_mapped = _as_it_is(results, severity, changed) if mapped else None
+                told.begin()
                 for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
@@ -150,47 +154,92 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
     if found.best is None or not found.best.key:
         return found
     best: Change | None = None
-    for change in sorted(found.helping, key=lambda one: one.rank, reverse=True)[:MOST_CHANGES]:
+    promising = _promising(found)
+    told.ran_changes(len(promising))
+    for number, change in enumerate(promising):
         if best is not None and best.rank[:2] >= change.rank[:2]:
-            break  # trials only take away
+            continue  # trials only take away
+        told.begin()
         tried = _tried_change(change, changed, speeds, workers, told)
+        told.ran_one(len(promising) - number - 1)
         if tried is None:  # of a part of them nothing is told
             return replace(found, interrupted=True)
-        found = replace(found, changes=tuple(tried if one is change else one for one in found.changes))
+        found = replace(found, changes=tuple(one.with_one(tried) for one in found.changes))
         if tried.has_room and tried.is_sound and (best is None or tried.rank > best.rank):
             best = tried
     return found
 
 
+def _promising(found: Trials) -> list[Change]:
+    """The changes to try: what promises most first, each at the weight nearest to those that are drilled with, and then
+    at that at which it has the most room, as it may hold there where it does not nearer."""
+    chosen: list[list[Change]] = []
+    for one in found.nearest_first(found.helping):
+        same = next((each for each in chosen if each[0].is_of(one)), None)
+        if same is None:
+            chosen.append([one])
+        elif (one.room or 0.0) > (same[-1].room or 0.0):
+            same[1:] = [one]
+    return [one for each in chosen[:MOST_CHANGES] for one in each]
+
+
 def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
-    """The ``change`` with its trials, at the weights to which a driller holds it as well, and what it allows cut
-    until no corner of that vibrates, nor the setting after an excursion in it; and whether it is free with a
-    usual damping of torsion. None where they were interrupted."""
-    motions, place = changed.point(change)
-    assert change.widest is not None
-    assert change.speed is not None
-    low, wob = change.widest[0], place["wob"]
+    """The ``change`` with its trials, at the weights to which a driller holds it as well, and what it allows cut until
+    no corner of that vibrates; with a usual damping of torsion, where that leaves room. Where its setting has no room
+    in what is left, or trials take it away, the setting moves to the :func:`deepest` speed of that, and is tried there.
+    None where trials were interrupted."""
+    change = changed.with_usual_damping(change)
+    wob = changed.point(change)[1]["wob"]
     lightest, heaviest = changed.within.get("wob", (0.0, np.inf))
     light = max(wob - HOLDS_WEIGHT, lightest) if wob > HOLDS_WEIGHT else wob
     change = replace(change, weights=(min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)))
-    bench = Bench(motions, place, speeds, low, changed.severity, _corners_of(change, wob))
+    for left in reversed(range(MOST_SETTINGS)):
+        tried = _tried_at(change, changed, speeds, workers, told)
+        if tried is None or (tried.has_room and tried.is_sound):
+            return tried
+        moved = deepest(tried) if tried.is_sound else _beside(tried)
+        if not moved.has_room:
+            return tried
+        change = replace(moved, why=change.why, trials=tuple(one for one in tried.trials if one.way == Way.CORNER))
+        if not left:
+            return replace(tried, room=None, why=f"what {MOST_SETTINGS} settings leave was not tried")
+    raise AssertionError
+
+
+def _beside(change: Change) -> Change:
+    """The ``change`` without its setting, of which trials took that away: of the speeds below and above those with
+    more room."""
+    assert change.speed is not None
+    assert change.widest is not None
+    (low, high), speed = change.widest, change.speed
+    sides = (low, min(high, speed - HOLDS_SPEED)), (max(low, speed + HOLDS_SPEED), high)
+    return max((deepest(narrowed(change, *ends)) for ends in sides), key=lambda one: one.room or 0.0)
+
+
+def _tried_at(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
+    """The ``change`` with the trials of its setting, and with what it allows cut until no corner of that vibrates, nor
+    the setting after an excursion in it, as long as the setting lies within. None where they were interrupted."""
+    motions, place = changed.point(change)
+    assert change.widest is not None
+    low, wob, before = change.widest[0], place["wob"], change.trials
+    seen = {(one.speed, one.wob) for one in before}
+    corners = tuple(one for one in _corners_of(change, wob) if one not in seen)
+    bench = Bench(motions, place, speeds, low, changed.severity, corners)
     ran = bench.all(Trials(), workers, told)
-    change = replace(change, trials=ran.trials)
     for _ in range(MOST_CUTS):
         if ran.is_cut_short:
             return None
+        change = replace(change, trials=(*ran.trials, *before))
         less = _less(change, wob)
-        if less is change or not less.has_room or ran.withdraws:
-            change = less
-            break
-        seen = {(one.speed, one.wob) for one in ran.corners}
+        if less is change or ran.withdraws:
+            return less
+        seen = {(one.speed, one.wob) for one in change.trials}
         change, corners = less, tuple(one for one in _corners_of(less, wob) if one not in seen)
+        if not less.holds_setting or not deepest(less).has_room:
+            return less
         if corners:
             ran = replace(bench, corners=corners).of_corners(ran, workers, told)
-            change = replace(change, trials=ran.trials)
-    else:
-        change = replace(change, room=0.0)  # of its corners not all were tried
-    return changed.with_usual_damping(change) if change.has_room else change
+    return replace(change, room=None, why=f"after {MOST_CUTS} cuts corners of what is left were not tried")
 
 
 def _corners_of(change: Change, wob: float) -> tuple[tuple[float, float], ...]:
@@ -239,25 +288,56 @@ def _values(summary: Answer, results: Results, motions: Motions, advice: Advice)
 
 def _middle(axis: Array, within: Sequence[float] | None) -> float:
     """The value in the middle of an axis, of those ``within`` two values where some are."""
-    values = np.asarray(axis, dtype=float)
-    if within is not None:
-        inside = values[(values >= within[0] * (1.0 - SLACK)) & (values <= within[1] * (1.0 + SLACK))]
-        values = inside if inside.size else values
+    values = _drilled(axis, within)
     return float(values[len(values) // 2])
 
 
+def _drilled(axis: Array, within: Sequence[float] | None) -> Array:
+    """The values of an axis ``within`` two values; all where none is."""
+    values = np.asarray(axis, dtype=float)
+    if within is None:
+        return values
+    inside = values[(values >= within[0] * (1.0 - SLACK)) & (values <= within[1] * (1.0 + SLACK))]
+    return inside if inside.size else values
+
+
 def _as_it_is(results: Results, severity: int | None, changed: Changed) -> Change | None:
-    """The string as it is, from the map itself, at the values of ``changed``; None of a map that is not over the
-    speed."""
+    """The string as it is, from the map itself, at the values and the weights of ``changed``; None of a map that is
+    not over the speed."""
     maps = graded(results, severity)
     if maps.x != "rotary_speed":
         return None
-    at = {dimension_of(key): value for key, value in changed.values.items()}
+    here, *others = (_row_of(maps, {**changed.values, "wob": wob}) for wob in changed.wobs(AS_IT_IS))
+    return replace(here, others=tuple(others))
+
+
+def _row_of(maps: Graded, values: Mapping[str, float]) -> Change:
+    """The string as it is, from the row of ``maps`` at these ``values``."""
+    at = {dimension_of(key): value for key, value in values.items()}
     number, row = (
         0 if axis is None or axis not in at else int(np.abs(maps.values(axis) - at[axis]).argmin())
         for axis in (maps.third, maps.y)
     )
-    return shown(AS_IT_IS, maps, number, row)
+    return shown(replace(AS_IT_IS, wob=values["wob"]), maps, number, row)
+
+
+def _weights(
+    results: Results, severity: int | None, place: Mapping[str, float], within: Sequence[float] | None, motions: Motions
+) -> tuple[float, ...]:
+    """The weights [N] of the map at which changes are run, of those ``within`` two: that of the ``place``, the
+    lightest and that between them, that of the study, and that at which the map is most nearly free."""
+    if "wob" not in results.swept:
+        return (place["wob"],)
+    values = _drilled(results.coords["wob"], within)
+    here, least = place["wob"], float(values.min())
+    chosen = here, least, (here + least) / 2.0, motions.study.operation.wob
+    found = {float(values[np.abs(values - one).argmin()]) for one in chosen} | {here}
+    maps = graded(results, severity)
+    if maps.x == "rotary_speed" and "wob" in (maps.y, maps.third):
+        rows = [_row_of(maps, {**place, "wob": float(wob)}) for wob in values]
+        nearly = max(rows, key=lambda one: (one.room or 0.0, sum(high - low for low, high in one.free), one.wob))
+        found.add(nearly.wob or place["wob"])
+    return tuple(sorted(found))
 
 
 def changed_all(changed: Changed, told: Told, workers: int, as_mapped: Change | None = None) -> Iterator[Change]:
