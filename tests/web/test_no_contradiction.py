@@ -89,7 +89,7 @@ def trials(draw: random.Random, advice) -> Trials:
         values = {axis: getattr(one, side) for axis, one in advice.stay_within.items()}
         if {"rotary_speed", "wob"} <= values.keys() and values != {axis: advice.point[axis] for axis in values}:
             found.append(ended(TO_CORNER, Way.CORNER, 0.2, speed=values["rotary_speed"], wob=values["wob"]))
-    return Trials(tuple(found), set_down=(5.0, 20.0), weight_on=20.0)
+    return Trials(tuple(found), set_down=(5.0, 20.0), held=(0.0, 120.0))
 
 
 @functools.cache

@@ -38,7 +38,6 @@ MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
-NOT_SET = "trials begin with it on: how it is set was not tried"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
@@ -806,7 +805,7 @@ class Words:
         way, found = self.advice.way_in, self.advice.trials
         if way is None or found is None or found.withdraws or way.first == First.NONE:
             return ""
-        slow = found.ways_in(WEIGHT_FIRST)
+        slow = found.rates(WEIGHT_FIRST)
         if slow and free_from(slow) == 0:
             return ""
         name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
@@ -829,8 +828,9 @@ class Words:
             text = f"Set {weight}"
             if way.begins is not None:
                 text += f" at {fmt.value('rotary_speed', way.begins)}"
-            if advice.trials is not None and advice.trials.weight_on is not None:
-                text += f", hold {advice.trials.weight_on:g} s ({NOT_SET})"
+            text += self._set_in()
+            if advice.trials is not None and advice.trials.held is not None:
+                text += f", hold {advice.trials.held[0]:g} to {advice.trials.held[1]:g} s"
             text += f", then raise the speed{to}"
             text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
             # the map, which stops at every speed, vibrates
@@ -852,9 +852,9 @@ class Words:
         then = f"set {weight}"
         if way.at_once and not advice.trials:
             then += " at once"
-        if advice.trials is not None and advice.trials.set_down is not None:
-            shortest, longest = advice.trials.set_down
-            then += f" in {shortest:g} to {longest:g} s"
+        then += self._set_in()
+        if advice.trials is not None and advice.trials.held is not None:
+            then = f"within {advice.trials.held[1]:g} s {then}"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
@@ -865,6 +865,11 @@ class Words:
         if self._is_shaken(way):
             then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def _set_in(self) -> str:
+        """In what time the weight was set in trials: `` in 5 to 20 s``."""
+        found = self.advice.trials
+        return "" if found is None or found.set_down is None else " in {:g} to {:g} s".format(*found.set_down)
 
     def _is_shaken(self, way: WayIn) -> bool:
         """Whether bit-bounce may begin on a way in that no trial tried, of which nothing else says so."""
