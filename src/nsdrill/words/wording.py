@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from math import floor, inf, isfinite, log10, pi
+from math import floor, inf, isclose, isfinite, log10, pi
 
 import numpy as np
 
@@ -236,12 +236,34 @@ class Words:
         return "known to be " if self.unknown else ""
 
     def within(self) -> str:
-        """``85 to 115 rpm``, the stretch along the first axis, and along that along which the
-        state was carried, if it is another; along both axes where one of them depends on the
-        other: ``85 to 115 rpm, 15 to 25 klbf``."""
-        axes = dict.fromkeys((*self.axes,) if self.is_cut else (self.along, self.carried))
-        joint = ", " if self.is_cut else " and "
-        return joint.join(self.ends(axis) for axis in axes if axis in self.advice.stay_within)
+        """``85 to 115 rpm, 15 to 25 klbf``, the stretches along all axes, as each holds where the others are; of a
+        single weight, or speed, ``85 to 115 rpm at 20 klbf``. Of a hint it says where that lies on a limit."""
+        axes = [
+            axis for axis in dict.fromkeys((self.along, self.carried, *self.axes)) if axis in self.advice.stay_within
+        ]
+        spans = [axis for axis in axes if axis == self.along or not self._is_single(axis)]
+        return ", ".join(f"{self.ends(axis)}{self._on_limit(axis)}" for axis in spans) + self._at_other()
+
+    def _at_other(self) -> str:
+        """`` at 20 klbf``: the one weight, or speed, at which what is said of the first axis holds; "" of several."""
+        other = "wob" if self.along != "wob" else "rotary_speed"
+        if other in self.advice.stay_within:
+            return f" at {self.setting_of(other)}" if self._is_single(other) else ""
+        held = self.advice.held.get(other) if other not in self.axes else None
+        return f" at {self.fmt.value(other, held)}" if held is not None else ""
+
+    def _on_limit(self, axis: str) -> str:
+        """That a hint lies on a limit of what it is free within: `` (on the limit)``."""
+        one = self.advice.stay_within[axis]
+        if self.advice.kind != Kind.HINT or axis not in self.advice.point or self._is_single(axis):
+            return ""
+        value = self.advice.point[axis]
+        return " (on the limit)" if any(isclose(value, end, rel_tol=1e-9) for end in (one.low, one.high)) else ""
+
+    def _is_single(self, axis: str) -> bool:
+        """Whether what to stay within is one value of an axis."""
+        one = self.advice.stay_within[axis]
+        return one.low == one.high
 
     def sentence(self) -> str:
         """The answer in one sentence; of one that rests on runs that had not settled, or were
@@ -289,7 +311,8 @@ class Words:
         told = trial_words.disturbed(self.advice.trials, self.verbs_of)
         after = f"; {told}" if told else ""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}{after}."
+            text = f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}"
+            return first_short(f"{text}{after}.", f"{text}.")
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
         return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
@@ -342,7 +365,7 @@ class Words:
         return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
 
     def _brought_up(self, begin: str) -> str:
-        joined = f"{begin.rstrip(',')};" if self.is_cut else f"{begin} and"
+        joined = f"{begin} and" if len(self.advice.stay_within) < 2 else f"{begin.rstrip(',')};"
         text = f"{joined[0].upper()}{joined[1:]} stay at {self.within()}"
         if way := self._tried_way():
             text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
@@ -477,16 +500,16 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        text = f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}"
+        brief, room = f"Narrow hint: {self.setting()}", self.and_within()
+        heads = [f"No setting has room. {brief}, {how}{room}", f"{brief}, {how}{room}", f"{brief}{room}"]
         if helps := self._helps():
-            brief = f"Narrow hint: {self.setting()}"
-            return first_short(f"{text}. {helps}", f"{brief}. {helps}")
+            return first_short(f"{heads[0]}. {helps}", f"{brief}. {helps}")
         known = self.advice.way_in
         if self.advice.jump is not None:
-            brief = f"Narrow hint: {self.setting()}{self.and_within()}"
             over = self.over_jump()
-            return first_short(f"{text}; {over}.", f"{brief}; {over}.", f"Narrow hint: {self.setting()}; {over}.")
-        return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
+            return first_short(*(f"{head}; {over}." for head in (heads[0], heads[2], brief)))
+        tail = "no way in is known" if known is not None and known.first == First.NONE else self._tail()
+        return first_short(*(f"{head}; {tail}." for head in heads))
 
     @property
     def is_above(self) -> bool:
@@ -507,8 +530,10 @@ class Words:
         return f"{one.name} with the rotation on, it {self.verbs_of(one.responses) or 'vibrates'} in a trial"
 
     def and_within(self) -> str:
-        """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
-        return "" if self._is_single and self.carried == self.along else f", {self.within()}"
+        """What follows the setting: ``, 85 to 115 rpm``; where that is the setting itself, the weight of the file."""
+        if not all(self._is_single(axis) for axis in self.advice.stay_within):
+            return f", {self.within()}"
+        return "" if self.advice.point.keys() >= {"wob", "rotary_speed"} else self._at_other()
 
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
@@ -552,12 +577,6 @@ class Words:
             for room, tail in ((f", {self.within()}", "; trials tell"), ("", "; trials tell"), ("", ""))
         ]
         return first_short(*texts)
-
-    @property
-    def _is_single(self) -> bool:
-        """Whether what to stay within is one value of the first axis."""
-        one = self.advice.stay_within[self.along]
-        return one.low == one.high
 
     def _tail(self) -> str:
         """What lies beside a hint without room."""
