@@ -238,10 +238,9 @@ class Words:
     def within(self) -> str:
         """``85 to 115 rpm, 15 to 25 klbf``, the stretches along all axes, as each holds where the others are; of a
         single weight, or speed, ``85 to 115 rpm at 20 klbf``. Of a hint it says where that lies on a limit."""
-        axes = [
-            axis for axis in dict.fromkeys((self.along, self.carried, *self.axes)) if axis in self.advice.stay_within
-        ]
-        spans = [axis for axis in axes if axis == self.along or not self._is_single(axis)]
+        axes = dict.fromkeys((self.along, self.carried, *self.axes))
+        spans = [axis for axis in axes if axis in self.advice.stay_within and not self._is_single(axis)]
+        spans = spans or [self.along]
         return ", ".join(f"{self.ends(axis)}{self._on_limit(axis)}" for axis in spans) + self._at_other()
 
     def _at_other(self) -> str:
