@@ -198,7 +198,8 @@ def one_page(
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
     small = [*_told_of_trials(first), *told[:MOST_WARNINGS], _rest(told, first)]
-    scale, room = _scale(paper, do, do_not, small, len(rows))
+    above = [names[0], *others] if len(sheets) > 1 else []
+    scale, room = _scale(paper, do, do_not, small, _cells(sheets, rows), [*above, *_jumps(sheets, names)])
     is_setting = first.advice.kind in RECOMMENDED
     is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
@@ -554,19 +555,31 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None else None
     body = ""
-    for row, places in rows:
-        cells = "".join(
-            f"<td>{escaped(text)}</td>"
-            for one, place in zip(sheets, places, strict=True)
-            for text in (_limits(one, place) if place is not None else ("not run",) * 3)[-len(headings) :]
-        )
+    for (row, _), texts in zip(rows, _cells(sheets, rows), strict=True):
+        cells = "".join(f"<td>{escaped(text)}</td>" for text in texts)
         mark = " class='at'" if row == best else ""
-        body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
+        body += f"<tr{mark}>{cells}</tr>"
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
     note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
+
+
+def _cells(sheets: Sequence[Sheet], rows: Sequence[tuple[int, list[int | None]]]) -> list[list[str]]:
+    """The texts of each row of the table, of which the first is its name."""
+    columns = 3 if _sticks(sheets[0]) else 2
+    return [
+        [
+            _row_name(sheets[0], row),
+            *(
+                text
+                for one, place in zip(sheets, places, strict=True)
+                for text in (_limits(one, place) if place is not None else ("not run",) * 3)[-columns:]
+            ),
+        ]
+        for row, places in rows
+    ]
 
 
 def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
@@ -626,8 +639,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if past.any():
         parts.append(f"{JUMPED} {spans(past)}")
     if quick.any():
-        only = "started at rest only" if one.advice.from_rest else "quick start only"
-        parts.append(f"{only}: {spans(quick)}")
+        only = "when started at rest" if one.advice.from_rest else "after a quick start"
+        parts.append(f"{spans(quick)} {only} only")
     allowed = "; ".join(filter(None, parts)) or none
     if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
@@ -645,12 +658,12 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         is_bounded = told and sure.size and limits[len(told) - 1].step.last == values[sure[-1]]
         begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
         told.append(f"{JUMPED} not known{begins}")
-    open_ended = f"none to {one.fmt.number(maps.x, float(values[-1]))}"
+    open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
     text = ", ".join(told) or open_ended
     if quick.any():  # which lies above what bounds what is brought up
         of_starts = limit_of_starts(maps, number, row)
         started = words(of_starts) if of_starts is not None else open_ended
-        text = f"{text}; {'started at rest' if one.advice.from_rest else 'quick start'}: {started}"
+        text = f"{text}; {'started at rest' if one.advice.from_rest else 'after a quick start'}, {started}"
     return ends, text, allowed
 
 
@@ -715,19 +728,41 @@ def _origin(attrs: Attributes) -> str:
 SCALES = (1.0, 0.92, 0.84, 0.76)
 LINE, COLUMN = 4.4, 54
 SMALL_LINE, WIDE = 3.2, 165
-ROW = 4.4
-HEAD, LEAST_MAP = 66.0, 62.0
-MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.7, 4.8), 1.9  # inches
+ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it
+ROW_WIDE, CELL_GAP = 138, 3  # characters, and those that the edge of a cell takes
+HEADINGS = 3  # lines, of the table
+HEAD, LEAST_MAP = 69.0, 60.0
+MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
 
-def _scale(paper: str, do: Sequence[str], do_not: Sequence[str], small: Sequence[str], rows: int) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height, and the
-    room of the map [mm]."""
+def _scale(
+    paper: str,
+    do: Sequence[str],
+    do_not: Sequence[str],
+    small: Sequence[str],
+    cells: Sequence[Sequence[str]],
+    others: Sequence[str],
+) -> tuple[int, float]:
+    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table
+    and ``others``, whole lines; and the room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
         lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
-        words = HEAD + LINE * lines + SMALL_LINE * below + ROW * (rows + 2)
+        more = sum(-(-len(text) // int(ROW_WIDE / scale)) for text in others)
+        table = sum(ROW_LINE * rows + ROW_GAP for rows in (HEADINGS, *_row_lines(cells, ROW_WIDE / scale)))
+        words = HEAD + LINE * lines + SMALL_LINE * below + ROW_LINE * more + table
         room = PAPERS[paper] - 2 * MARGIN - scale * words
         if room >= LEAST_MAP or scale == SCALES[-1]:
             break
     return number, room
+
+
+def _row_lines(cells: Sequence[Sequence[str]], wide: float) -> list[int]:
+    """How many lines each row of ``cells`` has in a table of so many characters: a column that is longer is wider."""
+    longest = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    left = wide - CELL_GAP * len(longest)
+    share = min(left / max(sum(longest), 1), 1.0)
+    return [
+        max(math.ceil(len(text) / max(share * one, 1.0)) for text, one in zip(row, longest, strict=True))
+        for row in cells
+    ]
