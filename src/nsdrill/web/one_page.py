@@ -639,8 +639,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if past.any():
         parts.append(f"{JUMPED} {spans(past)}")
     if quick.any():
-        only = "when started at rest" if one.advice.from_rest else "after a quick start"
-        parts.append(f"{spans(quick)} {only} only")
+        parts.append(f"{spans(quick)} ({'started at rest' if one.advice.from_rest else 'quick start'} only)")
     allowed = "; ".join(filter(None, parts)) or none
     if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
@@ -726,10 +725,11 @@ def _origin(attrs: Attributes) -> str:
 # What is largest that fits on the sheet: heights in mm of lines at the first scale, and
 # how many characters they have.
 SCALES = (1.0, 0.92, 0.84, 0.76)
-LINE, COLUMN = 4.4, 54
-SMALL_LINE, WIDE = 3.2, 165
+LINE, COLUMN = 4.4, 51
+SMALL_LINE, WIDE = 3.2, 128
 ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it
-ROW_WIDE, CELL_GAP = 138, 3  # characters, and those that the edge of a cell takes
+ROW_WIDE, CELL_GAP = 104, 3  # characters, and those that the edge of a cell takes
+OF_WORDS = 1.2  # how much longer a text is in lines that are broken between words
 HEADINGS = 3  # lines, of the table
 HEAD, LEAST_MAP = 69.0, 60.0
 MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
@@ -760,8 +760,7 @@ def _scale(
 def _row_lines(cells: Sequence[Sequence[str]], wide: float) -> list[int]:
     """How many lines each row of ``cells`` has in a table of so many characters: a column that is longer is wider."""
     longest = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    left = wide - CELL_GAP * len(longest)
-    share = min(left / max(sum(longest), 1), 1.0)
+    share = min((wide - CELL_GAP * len(longest)) / max(sum(longest), 1) / OF_WORDS, 1.0)
     return [
         max(math.ceil(len(text) / max(share * one, 1.0)) for text, one in zip(row, longest, strict=True))
         for row in cells

@@ -237,19 +237,19 @@ class Words:
 
     def within(self) -> str:
         """``85 to 115 rpm, 15 to 25 klbf``, the stretches along all axes, as each holds where the others are; of a
-        single weight, or speed, ``85 to 115 rpm at 20 klbf``. Of a hint it says where that lies on a limit."""
+        single weight ``85 to 115 rpm at 20 klbf``. Of a hint it says where that lies on a limit."""
         axes = dict.fromkeys((self.along, self.carried, *self.axes))
         spans = [axis for axis in axes if axis in self.advice.stay_within and not self._is_single(axis)]
         spans = spans or [self.along]
-        return ", ".join(f"{self.ends(axis)}{self._on_limit(axis)}" for axis in spans) + self._at_other()
+        return ", ".join(f"{self.ends(axis)}{self._on_limit(axis)}" for axis in spans) + self._at_weight()
 
-    def _at_other(self) -> str:
-        """`` at 20 klbf``: the one weight, or speed, at which what is said of the first axis holds; "" of several."""
-        other = "wob" if self.along != "wob" else "rotary_speed"
-        if other in self.advice.stay_within:
-            return f" at {self.setting_of(other)}" if self._is_single(other) else ""
-        held = self.advice.held.get(other) if other not in self.axes else None
-        return f" at {self.fmt.value(other, held)}" if held is not None else ""
+    def _at_weight(self) -> str:
+        """`` at 20 klbf``: the one weight at which what is said of the first axis holds; "" of several."""
+        if "wob" in self.advice.stay_within:
+            is_one = self.along != "wob" and self._is_single("wob")
+            return f" at {self.setting_of('wob')}" if is_one else ""
+        held = self.advice.held.get("wob") if "wob" not in self.axes else None
+        return f" at {self.fmt.value('wob', held)}" if held is not None else ""
 
     def _on_limit(self, axis: str) -> str:
         """That a hint lies on a limit of what it is free within: `` (on the limit)``."""
@@ -532,7 +532,7 @@ class Words:
         """What follows the setting: ``, 85 to 115 rpm``; where that is the setting itself, the weight of the file."""
         if not all(self._is_single(axis) for axis in self.advice.stay_within):
             return f", {self.within()}"
-        return "" if self.advice.point.keys() >= {"wob", "rotary_speed"} else self._at_other()
+        return "" if self.advice.point.keys() >= {"wob", "rotary_speed"} else self._at_weight()
 
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
