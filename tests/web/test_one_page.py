@@ -122,6 +122,24 @@ def test_what_would_help_stands_beside_a_hint():
     assert "Then set" not in page
 
 
+@pytest.mark.parametrize(
+    ("of_drive", "share", "told"),
+    [("free", 1.0, True), ("vibrates", 0.0, False)],
+)
+def test_what_takes_no_trip_is_told_where_its_trials_bear_it(of_drive, share, told):
+    """A drive of lower rank than the stabilisers: named beside them unless none of its ways in is free."""
+    ends = (SPEEDS[0], SPEEDS[-1])
+    way = Trial(WEIGHT_FIRST, Way.IN, Outcome.FREE, rate=1.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=4.0, widest=ends, trials=(way,))
+    drive = replace(span, name="drive", words="soft torque", room=1.5, trials=(replace(way, outcome=Outcome(of_drive)),))
+    tried = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span, drive))
+    assert tried.best is span
+    assert drive.share == share
+    found = _without_trip(tried)
+    assert (found is drive) == told
+    assert _without_trip(Trials(changes=(tried.changes[0], drive))) is None, "it is the best itself"
+
+
 def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     said = words(made(WALL, up=STICKS, down=ROLLS))
     assert "70 to 110 rpm stick-slip on the way up, at one weight or another" in said

@@ -30,6 +30,7 @@ from nsdrill.analysis.limits import (
     started_only,
     sticking_over_samples,
 )
+from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
@@ -238,12 +239,23 @@ def _helps(one: Sheet) -> list[str]:
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt)
         what = tried.best.name if tried.best.name in ("drive", "weight") else "string"
-        drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
-        without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""
+        easier = _without_trip(tried)
+        without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
         found = [told if best.lower() in text.lower() else text for text in found]
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
+
+
+def _without_trip(tried: Trials) -> Change | None:
+    """Of the changes that take none, where the best takes one, that of the highest rank; None where trials do not
+    bear it, as those of the best bear that."""
+    best = tried.best
+    if best is None or best.effort == Effort.SURFACE:
+        return None
+    easy = [one for one in tried.helping if one.effort == Effort.SURFACE and (one.trials or not best.trials)]
+    found = [one for one in easy if one.is_sound and one.robust > Robust.POOR]
+    return max(found, key=lambda one: one.rank, default=None)
 
 
 KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
