@@ -136,7 +136,8 @@ def assembly():
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
     free; faster some are, by how the bit meets the crest of its lobe. Weight first, 1 and 1.8 rpm/s are free
-    after waits of 0 and 20 s and not after 61 s, so that too few rates are left. A knock lasts. The passing rate is 0.9 rpm/s."""
+    after waits of 0 and 20 s and not after 61 s, so that too few rates are left. A knock lasts. The passing rate is
+    0.9 rpm/s."""
     speed_first = [
         one for one in assembly.ways_in(SPEED_FIRST) if one.rate in runs.SPEED_RATES
     ]  # before others between
