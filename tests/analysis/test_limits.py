@@ -99,7 +99,8 @@ def test_where_slowly_it_vibrates_within_the_limits_is_named():
     assert quick.slowly == ("whirl",)
     assert quick.slowly_at == {"rotary_speed": SPEEDS[3], "wob": WEIGHTS[1]}
     words = words_of({**found, "answer": quick}, "field")
-    assert words.sentence().endswith("Slowly from below 100 rpm it whirls at 15 klbf, 100 rpm.")
+    assert words.sentence().endswith("10 to 30 klbf. Raised slowly from below 100 rpm it whirls.")
+    assert "it whirls at 15 klbf and 100 rpm." in " ".join(words.lines())
     assert len(words.sentence().split()) <= 30
 
 

@@ -82,3 +82,13 @@ def test_without_room_there_is_a_hint_and_without_an_allowed_point_none(cells, k
     found, how, _ = choose(allowed, np.zeros_like(allowed), (None, np.zeros(1)), X, np.full(allowed.shape, np.nan))
     assert how == kind
     assert (found and found[1]) == place
+
+
+def test_a_hint_without_room_lies_off_the_ends_of_its_column_where_it_can():
+    """One speed is free at all weights: of these points a weight in the middle has both neighbours."""
+    allowed = np.zeros((len(WEIGHTS), len(SPEEDS)), dtype=bool)
+    allowed[:, 10] = True
+    place, kind, _ = choose(allowed, np.zeros_like(allowed), Y, X, np.full(allowed.shape, np.nan))
+    assert (place, kind) == ((2, 10), Kind.POINT)
+    allowed[0, 9:12] = True  # room along the row comes first
+    assert choose(allowed, np.zeros_like(allowed), Y, X, np.full(allowed.shape, np.nan))[0] == (0, 10)

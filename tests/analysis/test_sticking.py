@@ -285,7 +285,7 @@ def test_a_quick_start_that_is_free_from_below_is_not_said_to_vibrate():
     words = words_of(find_window(grid({"up": ["s....."], "same": ["......"]}, SPEEDS)), "si")
     words.advice = replace(words.advice, kind=Kind.QUICK_START, grade=Grade.FROM_BELOW, slowly=())
     assert "vibrates" not in words.sentence()
-    assert words.sentence().endswith("; stay at 2 to 6 rad/s (19.1 to 57.3 rpm).")
+    assert words.sentence().endswith("; stay at 2 to 6 rad/s (19.1 to 57.3 rpm) at 20 kN.")
 
 
 @pytest.mark.parametrize("weights", [["20 kN", "60 kN"], ["20 kN"]])

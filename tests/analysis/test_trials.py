@@ -509,6 +509,8 @@ def test_as_data():
         "after": "",
         "there": None,
         "why": "",
+        "set_in": None,
+        "held": None,
     }
     assert found["trials_counted"] == [
         {"name": WEIGHT_FIRST, "way": "in", "of": 3, "free": 3, "vibrates": 0, "stalled": 0, "unknown": 0},
@@ -804,10 +806,37 @@ def test_an_excursion_after_which_it_vibrates_cuts_what_to_stay_within(there, ou
 
 
 def test_the_weight_first_is_ordered_as_it_was_tried():
-    """Trials begin with the weight on, and hold that: how it is set none of them shows."""
-    tried = replace(Trials(ways("....", "wwww")), weight_on=20.0)
+    """In what time the weight was set, and how long one waited before the speed was raised."""
+    tried = replace(Trials(ways("....", "wwww")), set_down=(5.0, 20.0), held=(0.0, 120.0))
     found = confirmed(replace(POINT, way_in=WayIn(First.WEIGHT, begins=40 * RPM)), tried)
     order = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down")).do()[0]
-    held = "hold 20 s (trials begin with it on: how it is set was not tried)"
-    assert order == f"Set 22.5 klbf at 40 rpm, {held}. Then raise the speed to 100 rpm at 0.2 to 10 rpm/s."
-    assert data_of(found, "rotary_speed")["weight_on_for"] == {"value": 20.0, "units": "s"}
+    held = "in 5 to 20 s, hold 0 to 120 s"
+    assert order == f"Set 22.5 klbf at 40 rpm {held}. Then raise the speed to 100 rpm at 0.2 to 10 rpm/s."
+    assert data_of(found, "rotary_speed")["held_for"] == {"from": 0.0, "to": 120.0}
+    off_bottom = confirmed(POINT, replace(tried, trials=ways("www", "....")))
+    order = Orders(off_bottom, ("rotary_speed", "wob"), "field", ("up", "down")).do()[0]
+    assert order.endswith(" at 0.2 to 10 rpm/s. Then within 120 s set 22.5 klbf in 5 to 20 s.")
+
+
+def test_a_rate_is_free_where_all_that_were_run_at_it_are():
+    """Weight first whirls at 1 rpm/s in one of seven, by how long one waits and how the weight is set."""
+    again = [Trial(WEIGHT_FIRST, Way.IN, FREE, rate=RPM, held=held) for held in (0.0, 41.7, 61.1, 93.3, 120.0)]
+    whirls = Trial(WEIGHT_FIRST, Way.IN, VIBRATES, ("whirl",), rate=RPM, held=20.0)
+    tried = Trials((*ways(".....", "wwww"), *again, whirls))
+    found = confirmed(replace(POINT, way_in=WayIn(First.WEIGHT)), tried)
+    assert (found.way_in.rate, found.way_in.most) == (pytest.approx(3 * RPM), pytest.approx(10 * RPM))
+    assert "weight first, 3 to 10 rpm/s, and stay" in sentence(found)
+    assert trial_words.ways_words(tried).startswith("weight first: 3 of 3 free at 3 rpm/s or faster, 7 of 8 slower; ")
+    rows = list(trial_words.lines(tried, "rotary_speed", FIELD))
+    assert sum("weight first, 1 rpm/s" in row for row in rows) == 1
+    assert next(row for row in rows if "weight first, 1 rpm/s" in row).endswith("6 of 7 free, else whirl")
+    past = WayIn(First.SPEED, rate=8 * RPM, wall=(60 * RPM, 68 * RPM), crosses=True)
+    slow = replace(tried, trials=(*ways("....ww", "ww..."), replace(whirls, rate=0.2 * RPM)))
+    order = Orders(confirmed(replace(POINT, way_in=past), slow), ("rotary_speed", "wob"), "field", ("up", "down"))
+    assert order.do()[0].endswith("If the drive is slower: do not use this setting.")
+
+
+def test_the_fastest_rate_is_no_faster_than_the_fastest_trial():
+    assert FIELD.rates(1.23 * RPM, 4.57 * RPM) == "1.3 to 4.5 rpm/s"
+    assert FIELD.rates(0.2 * RPM, 10.0 * RPM) == "0.2 to 10 rpm/s"
+    assert Formatter("si").rates(1.23 * RPM, 4.57 * RPM) == "0.14 to 0.47 rad/s² (1.3 to 4.5 rpm/s)"

@@ -160,13 +160,13 @@ def test_what_whirls_with_the_weight_raised_is_not_reached_so():
     [
         (
             made({**WALL, "off_bottom": None}, up=["bB....w"] * 5, down=ROLLS, same=["wwwwwww"] * 5),
-            "Bring up to 15 klbf and 100 rpm from below, through bit-bounce and whirl, and stay at 90 to 120 rpm",
+            "Bring up to 15 klbf and 100 rpm from below, through bit-bounce and whirl; stay at 90 to 120 rpm",
             "to 100 rpm, through bit-bounce at 70 to 80 rpm and whirl at 80 rpm; the map crossed them "
             "slowly; how it ends when crossed faster was not tried (--trials tries it).",
         ),
         (
             made(WALL, up=["sb....w"] * 5, down=ROLLS),
-            "Bring up to 100 rpm off bottom, set 15 klbf and stay at 90 to 120 rpm",
+            "Bring up to 100 rpm off bottom, set 15 klbf; stay at 90 to 120 rpm",
             "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm.",
         ),
         (

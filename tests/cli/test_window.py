@@ -30,8 +30,8 @@ def note(units: str = "si", everything: bool = True, **maps: list) -> str:
 def test_the_note():
     text = note()
     for said in (
-        "Run at 30 kN and 3 rad/s (28.6 rpm): free of vibration at 2 to 4 rad/s (19.1 to 38.2 rpm), brought up from "
-        "below or back down after vibration.",
+        "Run at 30 kN and 3 rad/s (28.6 rpm): free of vibration at 2 to 4 rad/s (19.1 to 38.2 rpm), 20 to 40 kN, "
+        "brought up from below or back down after vibration.",
         "Slower: at 1 rad/s (9.55 rpm) it sticks. Faster: at 5 rad/s (47.7 rpm) it whirls. Never exceed 4 rad/s",
         "Lighter: at 10 kN it sticks. Heavier: at 50 kN it bounces.",
         "allowed: the run, brought up from below, ends well without a critical response",

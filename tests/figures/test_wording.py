@@ -10,6 +10,7 @@ import pytest
 from analysis.grids import grid
 
 from nsdrill.analysis.advice import Advice, Border, Kind, Recover, Recovery, Stretch, Surface
+from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.models.responses import WHIRL
@@ -18,7 +19,9 @@ from nsdrill.variables import Unknown
 from nsdrill.words.answer import answer, warnings, words_of
 from nsdrill.words.orders import Orders
 from nsdrill.words.values import Formatter
-from nsdrill.words.wording import MOST_LINES, MOST_WORDS
+from nsdrill.words.wording import MOST_LINES, MOST_WORDS, Words
+
+RPM, KLBF = to_si("1 rpm", "rad/s"), to_si("1 klbf", "N")
 
 SPEEDS = [to_si(f"{rpm} rpm", "rad/s") for rpm in range(70, 131, 10)]
 WEIGHTS = [to_si(f"{weight} klbf", "N") for weight in (10, 15, 20, 25, 30)]
@@ -85,49 +88,53 @@ def of_starts() -> Results:
 CASES = {
     "it lasts": (
         made(WALL, up=FREE, down=ROLLS),
-        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm: whirl, once started, does not stop.",
+        "Bring up to 15 klbf and 100 rpm from below; stay at 80 to 120 rpm, 10 to 30 klbf: whirl, once started, does "
+        "not stop.",
     ),
     "it was not met": (
         made(WALL, up=[line[:6] for line in FREE], down=[line[:6] for line in FREE], speeds=SPEEDS[:6]),
-        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm: whirl, once started, may not stop.",
+        "Bring up to 15 klbf and 100 rpm from below; stay at 80 to 120 rpm, 10 to 30 klbf: whirl, once started, may "
+        "not stop.",
     ),
     "it ends lower": (
         made(up=["......w"] * 5, down=["..wwwww"] * 5),
-        "Bring up to 15 klbf and 90 rpm from below and stay at 70 to 120 rpm: whirl, once started, ends when lowered "
-        "to 80 rpm.",
+        "Bring up to 15 klbf and 90 rpm from below; stay at 70 to 120 rpm, 10 to 30 klbf: whirl, once started, ends "
+        "when lowered to 80 rpm.",
     ),
     "after any history": (
         made(up=FREE, down=FREE),
-        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm, brought up from below or back down after "
-        "vibration.",
+        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm, 10 to 30 klbf, brought up from below or back "
+        "down after vibration.",
     ),
     "up alone": (
         made(up=FREE),
-        "Bring up to 15 klbf and 100 rpm from below and stay at 80 to 120 rpm. No run tells what a disturbance does.",
+        "Bring up to 15 klbf and 100 rpm from below; stay at 80 to 120 rpm, 10 to 30 klbf. No run tells what a "
+        "disturbance does.",
     ),
     "a quick start": (
         made(WALL, up=["wwwwwww"] * 5, down=["wwwwwww"] * 5, same=["......w"] * 5),
-        "Go to 15 klbf and 90 rpm quickly, 1.8 rpm/s or faster; stay at 70 to 120 rpm. Brought up slowly from 70 rpm "
-        "it whirls; whirl does not stop.",
+        "Go to 15 klbf and 90 rpm quickly, 1.8 rpm/s or faster; stay at 70 to 120 rpm, 10 to 30 klbf. Brought up "
+        "slowly from 70 rpm it whirls.",
     ),
     "started there": (
         made(same=["......w"] * 5),
-        "Run at 15 klbf and 90 rpm, started there: free of vibration at 70 to 120 rpm. How it is reached was not run.",
+        "Run at 15 klbf and 90 rpm, started there: free of vibration at 70 to 120 rpm, 10 to 30 klbf. How it is "
+        "reached was not run.",
     ),
     "no room": (
         made(up=["sss.www"] * 5),
-        "No setting has room. Narrow hint: 10 klbf and 100 rpm, free when brought up from below; at 110 rpm and 10 "
-        "klbf it whirls.",
+        "No setting has room. Narrow hint: 20 klbf and 100 rpm, free when brought up from below, 10 to 30 klbf; at 110 "
+        "rpm and 20 klbf it whirls.",
     ),
     "no room, stalls beside it": (
         made(up=["......", "......", "tttttt"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
-        "No setting has room. Narrow hint: 10 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm; from 20 "
-        "klbf the bit stalls.",
+        "Narrow hint: 10 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm, 10 to 15 klbf (on the "
+        "limit); from 20 klbf the bit stalls.",
     ),
     "no room, failed beside it": (
         made(up=["xxxxxx", "......", "......"], speeds=SPEEDS[:6], weights=WEIGHTS[:3]),
-        "No setting has room. Narrow hint: 15 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm; at 10 "
-        "klbf nothing is known.",
+        "Narrow hint: 15 klbf and 90 rpm, free when brought up from below, 70 to 120 rpm, 15 to 20 klbf (on the "
+        "limit); at 10 klbf nothing is known.",
     ),
     "over depths": (
         over_depths(),
@@ -136,7 +143,7 @@ CASES = {
     "samples": (
         with_samples([[0.1, 0.95, 0.95, 0.95, 0.95, 0.95, 0.1]] * 5),
         "Bring up to 15 klbf and 100 rpm from below; free of vibration with 95 % (76 to 99). Stay within 80 to 120 "
-        "rpm.",
+        "rpm, 10 to 30 klbf.",
     ),
     "samples, none": (
         with_samples([[0.1, 0.55, 0.2]] * 3),
@@ -144,8 +151,8 @@ CASES = {
     ),
     "samples, narrow": (
         with_samples([[0.1, 1.0, 0.2]] * 3),
-        "No setting has room. Narrow hint: 10 klbf and 80 rpm, brought up from below, 100 % (84 to 100); at 70 rpm "
-        "and 10 klbf it whirls.",
+        "Narrow hint: 15 klbf and 80 rpm, brought up from below, 100 % (84 to 100), 10 to 20 "
+        "klbf; at 70 rpm and 15 klbf it whirls.",
     ),
     "nothing": (made(up=STICKS, down=ROLLS), "Nothing is safe: stick-slip at 70 to 110 rpm, whirl at 120 to 130 rpm."),
     "only from above": (
@@ -185,6 +192,44 @@ def test_the_sentence(case):
         # a speed in rad/s has the rpm in brackets
         assert len(re.sub(r" \([^)]* rpm\)", "", answer(found, units)).split()) <= MOST_WORDS
         assert len(words_of(found, units).lines()) <= MOST_LINES
+
+
+@pytest.mark.parametrize(
+    ("axes", "held", "says"),
+    [
+        (("rotary_speed",), {"wob": 20 * KLBF}, "stay at 80 to 120 rpm at 20 klbf:"),
+        (("rotary_speed", "wob"), {}, "stay at 80 to 120 rpm, 10 to 30 klbf:"),
+        (("rotary_speed", "wob"), {"single": 20 * KLBF}, "stay at 80 to 120 rpm at 20 klbf:"),
+    ],
+)
+def test_a_stretch_of_speeds_says_for_which_weights_it_holds(axes, held, says):
+    """Of a file with one weight that is its own."""
+    ends = {"rotary_speed": Stretch(80 * RPM, 120 * RPM, Border(None), Border(None))}
+    point = {"rotary_speed": 100 * RPM}
+    if "wob" in axes:
+        weights = (held["single"],) * 2 if held else (10 * KLBF, 30 * KLBF)
+        ends["wob"], point["wob"] = Stretch(*weights, Border(None), Border(None)), 20 * KLBF
+    found = Advice(
+        Kind.FROM_BELOW,
+        Grade.FROM_BELOW,
+        point=point,
+        stay_within=ends,
+        held={key: value for key, value in held.items() if key == "wob"},
+        recover=Recover(Recovery.NOT_MET),
+    )
+    assert says in Words(found, axes, "field", ("up", "down")).sentence()
+
+
+@pytest.mark.parametrize(("rpm", "on_limit"), [(130, True), (134, False), (138, True)])
+def test_a_hint_that_lies_on_a_limit_says_so(rpm, on_limit):
+    ends = {"rotary_speed": Stretch(130 * RPM, 138 * RPM, Border(120 * RPM), Border(140 * RPM))}
+    hint = Advice(
+        Kind.HINT, Grade.FROM_BELOW, narrow=True, point={"rotary_speed": rpm * RPM}, stay_within=ends, room=0.0
+    )
+    said = Words(hint, ("rotary_speed",), "field", ("up", "down")).sentence()
+    assert ("130 to 138 rpm (on the limit)" in said) == on_limit
+    settings = replace(hint, kind=Kind.FROM_BELOW, narrow=False, recover=Recover(Recovery.NOT_MET))
+    assert "on the limit" not in Words(settings, ("rotary_speed",), "field", ("up", "down")).sentence()
 
 
 def lines_of(results: Results) -> list[str]:
@@ -297,7 +342,7 @@ def test_along_weight_the_weight_is_raised():
     free = ["s.....w"] * 4 + ["wwwwwww"]
     words = words_along_weight(up=free, down=free)
     assert words.sentence() == (
-        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm and 10 to 25 klbf, with the weight raised "
+        "Run at 15 klbf and 100 rpm: free of vibration at 80 to 120 rpm, 10 to 25 klbf, with the weight raised "
         "or lowered after vibration."
     )
     assert "Heavier: at 30 klbf it whirls. Never exceed 25 klbf." in " ".join(words.lines())
@@ -306,7 +351,7 @@ def test_along_weight_the_weight_is_raised():
     )
     lasts = words_along_weight(up=free, down=["wwwwwww"] * 5)
     assert lasts.sentence().startswith("Raise the weight to ")
-    assert "klbf at 100 rpm and stay at 80 to 120 rpm and 10 to 25 klbf: whirl, once" in lasts.sentence()
+    assert "klbf at 100 rpm; stay at 80 to 120 rpm, 10 to 25 klbf: whirl, once" in lasts.sentence()
     ends = words_along_weight(up=free, down=["s.....w"] * 2 + ["wwwwwww"] * 3)
     assert ends.sentence().endswith("once started, ends when lowered to 15 klbf.")
     above = words_along_weight(up=["wwwwwww"] * 5, down=["......."] * 5)

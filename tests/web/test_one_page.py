@@ -15,7 +15,7 @@ from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
-from nsdrill.web.one_page import Sheet, in_rig_words, one_page
+from nsdrill.web.one_page import Sheet, _without_trip, in_rig_words, one_page
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -72,7 +72,7 @@ def test_each_weight_has_what_is_allowed():
 
 def test_what_is_free_from_a_quick_start_only_is_not_allowed_to_who_brings_up_and_bounds_what_is_brought_up():
     said = words(made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS, same=["....w..", *FREE[1:]]))
-    assert "10 klbf 80 to 90 whirl 100 to 110; quick start: none to 130 90 to 100" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110; after a quick start, none up to 130 90 to 100" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
@@ -120,6 +120,23 @@ def test_what_would_help_stands_beside_a_hint():
     assert "Do not run at 15 klbf and 100 rpm: none of 1 way in ended free in trials." in page
     assert "Drill at" not in page
     assert "Then set" not in page
+
+
+@pytest.mark.parametrize(("of_drive", "share", "told"), [("free", 1.0, True), ("vibrates", 0.0, False)])
+def test_what_takes_no_trip_is_told_where_its_trials_bear_it(of_drive, share, told):
+    """A drive of lower rank than the stabilisers: named beside them unless none of its ways in is free."""
+    ends = (SPEEDS[0], SPEEDS[-1])
+    way = Trial(WEIGHT_FIRST, Way.IN, Outcome.FREE, rate=1.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", free=(ends,), room=4.0, widest=ends, trials=(way,))
+    drive = replace(
+        span, name="drive", words="soft torque", room=1.5, trials=(replace(way, outcome=Outcome(of_drive)),)
+    )
+    tried = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span, drive))
+    assert tried.best is span
+    assert drive.share == share
+    found = _without_trip(tried)
+    assert (found is drive) == told
+    assert _without_trip(Trials(changes=(tried.changes[0], drive))) is None, "it is the best itself"
 
 
 def test_where_nothing_is_allowed_nothing_is_to_be_passed():
@@ -196,15 +213,15 @@ drillstring: {{eccentricity: 2 mm}}
 @pytest.mark.parametrize(
     ("up", "lasts", "number", "row"),
     [
-        ("ss.....", None, "80 to 90 rpm stick-slip ends, on the way up at 15 klbf", "15 klbf 80 to 90 none to 130"),
+        ("ss.....", None, "80 to 90 rpm stick-slip ends, on the way up at 15 klbf", "15 klbf 80 to 90 none up to 130"),
         # at 90 rpm, free on the way up, it may last once it has started
         (
             "ss.....",
             "95 rpm",
             "90 to 100 rpm stick-slip, once started, lasts to here at 15 klbf",
-            "15 klbf 90 to 100 none to 130",
+            "15 klbf 90 to 100 none up to 130",
         ),
-        (".......", None, "none no stick-slip is known at 15 klbf, from 70 rpm up", "15 klbf none none to 130"),
+        (".......", None, "none no stick-slip is known at 15 klbf, from 70 rpm up", "15 klbf none none up to 130"),
     ],
 )
 def test_where_stick_slip_ends_stands_in_the_numbers_and_by_weight(up, lasts, number, row):
@@ -294,7 +311,7 @@ def test_steps_that_may_jump_are_in_the_table_the_map_and_the_warnings():
 
 def test_a_quick_start_that_the_map_outlines_is_in_the_table_of_a_hint_too():
     said = words(made(WALL, up=["s.wwwww", *["sswwwww"] * 4], same=["s.w....", *["sss...."] * 4]))
-    assert "15 klbf 90 to 100 whirl from 90; quick start: none to 130 quick start only: 100 to 130" in said
+    assert "15 klbf 90 to 100 whirl from 90; after a quick start, none up to 130 100 to 130 (quick start only)" in said
 
 
 def test_stick_slip_that_gives_way_to_whirl_has_not_ended():

@@ -82,7 +82,7 @@ def best_stretch(trials: Trials, stretches: Mapping[str, Stretches]) -> tuple[st
     there are none."""
     free = []
     for name, found in stretches.items():
-        ways = trials.ways_in(name)
+        ways = trials.rates(name)
         free += [(name, ways, *ends) for ends in found(ways)]
 
     def worth(one: tuple[str, list[Trial], int, int]) -> tuple[float, ...]:

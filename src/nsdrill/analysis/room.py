@@ -22,6 +22,7 @@ RELATIVE = 0.1
 NO_SETTINGS = ("depth",)
 _SLACK = 1e-9  # the last bits of a grid decide on nothing
 ENOUGH, PLENTY = 1.0 - _SLACK, 2.0 - _SLACK  # tolerances
+OF_COLUMN = 1e-4  # what a tolerance along the column counts, beside one along the row
 USELESS = 0.5  # of the drilling that another setting with room has
 _CHUNK = 4_000_000  # pairs of points that are compared at once
 
@@ -121,7 +122,9 @@ def choose(
         return widest, Kind.RUN, bool(better[widest] and of_better[widest] > _SLACK)
     for field, kind in ((allowed & (of_allowed > _SLACK) & was_run, Kind.NARROW), (allowed & was_run, Kind.POINT)):
         if field.any():
-            inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)
+            inside = of_allowed
+            if kind == Kind.POINT:  # off the ends of its column as well, where its row leaves a choice
+                inside = _along_row(allowed, x) + OF_COLUMN * np.minimum(_along_row(allowed.T, y).T, 1e3)
             return _place(np.where(field, inside + tie, -np.inf)), kind, False
     return None, Kind.NONE, False
 
@@ -132,7 +135,7 @@ def _place(values: Array) -> tuple[int, int]:
     return int(row), int(column)
 
 
-def _along_row(allowed: Array, x: tuple[str, Array]) -> Array:
+def _along_row(allowed: Array, x: tuple[str | None, Array]) -> Array:
     """How far each allowed point is from the ends of its stretch of its row, in
     tolerances."""
     axis, values = x

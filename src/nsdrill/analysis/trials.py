@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from enum import IntEnum, StrEnum
+from itertools import takewhile
 
 import numpy as np
 
@@ -114,6 +115,10 @@ class Trial:
     after: str = ""
     there: float | None = None
     """To which speed an excursion went before it came back [rad/s]."""
+    set_in: float | None = None
+    """In what time the weight was set on a way in [s]."""
+    held: float | None = None
+    """For how long a way in was held between its two parts [s]."""
 
 
 @dataclass(frozen=True)
@@ -272,11 +277,9 @@ class Trials:
     """Whether the file has the way up itself, in its own steps: that of the string as it is, among
     the changes, then shows no more."""
     set_down: tuple[float, float] | None = None
-    """In what times [s] the weight was set where the speed was raised first, the shortest and the
-    longest."""
-    weight_on: float | None = None
-    """For how long [s] the string turned at the lowest speed with the weight on before the speed was raised, where
-    the weight was first: these trials begin with it on, and none sets it."""
+    """In what times [s] the weight was set on the ways in, the shortest and the longest."""
+    held: tuple[float, float] | None = None
+    """For how long [s] the ways in were held between the weight and the speed, or the other way round."""
     is_clear: bool = True
     """Whether a bit off bottom hangs clear of the rock in them."""
     differing: tuple[str, ...] = ()
@@ -319,9 +322,21 @@ class Trials:
         """The ways in, of one ``name`` the slower first."""
         return _ways_in(self.trials, name)
 
+    def rates(self, name: str) -> list[Trial]:
+        """The ways in of a ``name``, one for each rate, the slower first: :func:`worst_of_rates`."""
+        return worst_of_rates(self.ways_in(name))
+
+    def slower_ways(self, rate: float) -> list[Trial]:
+        """Those of the weight first, for a drive that does not reach a ``rate`` [rad/s^2]: one for each rate below it
+        from the slowest on that ended free; none where too few were tried to tell what lies between."""
+        sure = self.sure_ways
+        slower = (one for one in self.rates(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < rate)
+        free = list(takewhile(lambda one: one in sure, slower))
+        return free if are_resolved(free) else []
+
     @property
     def sure_ways(self) -> list[Trial]:
-        """The ways in that ended free and can be relied on; what was not run is not free."""
+        """The ways in that ended free and can be relied on, one for each rate; what was not run is not free."""
         return sure_ways(self.trials)
 
     @property
@@ -409,6 +424,20 @@ def _ways_in(trials: Iterable[Trial], name: str = "") -> list[Trial]:
     return sorted(found, key=lambda one: one.rate or 0.0)
 
 
+def worst_of_rates(ways: Sequence[Trial]) -> list[Trial]:
+    """Of the ``ways`` at each rate, the slower first, the worst: a rate is free where all that were run at it were, as
+    how long one waits, and where the bit then meets the rock, may decide."""
+    found: dict[float, Trial] = {}
+    for one in ways:
+        rate = one.rate or 0.0
+        if rate not in found or _BADNESS[one.outcome] > _BADNESS[found[rate].outcome]:
+            found[rate] = one
+    return list(found.values())
+
+
+_BADNESS = {Outcome.FREE: 0, Outcome.UNKNOWN: 1, Outcome.VIBRATES: 2, Outcome.STALLED: 3}
+
+
 def bad_tag(trials: Iterable[Trial]) -> Trial | None:
     """That of a pick up and tag with the rotation on, after which it vibrated; else None."""
     return next((one for one in trials if one.name == TAGGED and one.outcome.is_bad), None)
@@ -440,9 +469,9 @@ def hopeful(ways: Sequence[Trial]) -> list[tuple[int, int]]:
 
 
 def sure_ways(trials: Sequence[Trial]) -> list[Trial]:
-    """The ways in that ended free and can be relied on: those of the :func:`free_stretches` of each
-    order."""
-    orders = [_ways_in(trials, name) for name in (WEIGHT_FIRST, SPEED_FIRST)]
+    """The ways in that ended free and can be relied on, one for each rate: those of the :func:`free_stretches` of
+    each order."""
+    orders = [worst_of_rates(_ways_in(trials, name)) for name in (WEIGHT_FIRST, SPEED_FIRST)]
     return [one for ways in orders for first, last in free_stretches(ways) for one in ways[first : last + 1]]
 
 
@@ -483,6 +512,8 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
             "after": one.after,
             "there": None if one.there is None else {"rotary_speed": one.there},
             "why": one.why,
+            "set_in": None if one.set_in is None else {"value": one.set_in, "units": "s"},
+            "held": None if one.held is None else {"value": one.held, "units": "s"},
         }
         for one in trials
     ]
@@ -528,7 +559,7 @@ def data_of(found: Trials, along: str) -> Answer:
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),
-        "weight_on_for": None if found.weight_on is None else {"value": found.weight_on, "units": "s"},
+        "held_for": None if found.held is None else dict(zip(("from", "to"), found.held, strict=True)),
         "off_bottom_clear": found.is_clear,
         "trials_interrupted": found.interrupted,
         "trials_cut_short": found.is_cut_short,

@@ -30,6 +30,7 @@ from nsdrill.analysis.limits import (
     started_only,
     sticking_over_samples,
 )
+from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
@@ -190,7 +191,8 @@ def one_page(
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
     small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
-    scale, room = _scale(paper, do, do_not, small, len(rows))
+    above = [names[0], *others] if len(sheets) > 1 else []
+    scale, room = _scale(paper, do, do_not, small, _cells(sheets, rows), [*above, *_jumps(sheets, names)])
     is_setting = first.advice.kind in RECOMMENDED
     is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
@@ -229,12 +231,23 @@ def _helps(one: Sheet) -> list[str]:
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt)
         what = tried.best.name if tried.best.name in ("drive", "weight") else "string"
-        drive = next((one for one in tried.helping if one.name == "drive" and one is not tried.best), None)
-        without_trip = "; or without a trip, " + change_words(drive, tried, one.maps.x, one.fmt) if drive else ""
+        easier = _without_trip(tried)
+        without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
         found = [told if best.lower() in text.lower() else text for text in found]
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
+
+
+def _without_trip(tried: Trials) -> Change | None:
+    """Of the changes that take none, where the best takes one, that of the highest rank; None where trials do not
+    bear it, as those of the best bear that."""
+    best = tried.best
+    if best is None or best.effort == Effort.SURFACE:
+        return None
+    easy = [one for one in tried.helping if one.effort == Effort.SURFACE and (one.trials or not best.trials)]
+    found = [one for one in easy if one.is_sound and one.robust > Robust.POOR]
+    return max(found, key=lambda one: one.rank, default=None)
 
 
 KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
@@ -546,19 +559,31 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None else None
     body = ""
-    for row, places in rows:
-        cells = "".join(
-            f"<td>{escaped(text)}</td>"
-            for one, place in zip(sheets, places, strict=True)
-            for text in (_limits(one, place) if place is not None else ("not run",) * 3)[-len(headings) :]
-        )
+    for (row, _), texts in zip(rows, _cells(sheets, rows), strict=True):
+        cells = "".join(f"<td>{escaped(text)}</td>" for text in texts)
         mark = " class='at'" if row == best else ""
-        body += f"<tr{mark}><td>{escaped(_row_name(first, row))}</td>{cells}</tr>"
+        body += f"<tr{mark}>{cells}</tr>"
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
     note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
     return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
+
+
+def _cells(sheets: Sequence[Sheet], rows: Sequence[tuple[int, list[int | None]]]) -> list[list[str]]:
+    """The texts of each row of the table, of which the first is its name."""
+    columns = 3 if _sticks(sheets[0]) else 2
+    return [
+        [
+            _row_name(sheets[0], row),
+            *(
+                text
+                for one, place in zip(sheets, places, strict=True)
+                for text in (_limits(one, place) if place is not None else ("not run",) * 3)[-columns:]
+            ),
+        ]
+        for row, places in rows
+    ]
 
 
 def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
@@ -618,8 +643,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if past.any():
         parts.append(f"{JUMPED} {spans(past)}")
     if quick.any():
-        only = "started at rest only" if one.advice.from_rest else "quick start only"
-        parts.append(f"{only}: {spans(quick)}")
+        parts.append(f"{spans(quick)} ({'started at rest' if one.advice.from_rest else 'quick start'} only)")
     allowed = "; ".join(filter(None, parts)) or none
     if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
@@ -637,12 +661,12 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         is_bounded = told and sure.size and limits[len(told) - 1].step.last == values[sure[-1]]
         begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
         told.append(f"{JUMPED} not known{begins}")
-    open_ended = f"none to {one.fmt.number(maps.x, float(values[-1]))}"
+    open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
     text = ", ".join(told) or open_ended
     if quick.any():  # which lies above what bounds what is brought up
         of_starts = limit_of_starts(maps, number, row)
         started = words(of_starts) if of_starts is not None else open_ended
-        text = f"{text}; {'started at rest' if one.advice.from_rest else 'quick start'}: {started}"
+        text = f"{text}; {'started at rest' if one.advice.from_rest else 'after a quick start'}, {started}"
     return ends, text, allowed
 
 
@@ -705,21 +729,43 @@ def _origin(attrs: Attributes) -> str:
 # What is largest that fits on the sheet: heights in mm of lines at the first scale, and
 # how many characters they have.
 SCALES = (1.0, 0.92, 0.84, 0.76)
-LINE, COLUMN = 4.4, 54
-SMALL_LINE, WIDE = 3.2, 165
-ROW = 4.4
-HEAD, LEAST_MAP = 66.0, 62.0
-MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.7, 4.8), 1.9  # inches
+LINE, COLUMN = 4.4, 51
+SMALL_LINE, WIDE = 3.2, 128
+ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it
+ROW_WIDE, CELL_GAP = 104, 3  # characters, and those that the edge of a cell takes
+OF_WORDS = 1.2  # how much longer a text is in lines that are broken between words
+HEADINGS = 3  # lines, of the table
+HEAD, LEAST_MAP = 69.0, 60.0
+MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
 
-def _scale(paper: str, do: Sequence[str], do_not: Sequence[str], small: Sequence[str], rows: int) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height, and the
-    room of the map [mm]."""
+def _scale(
+    paper: str,
+    do: Sequence[str],
+    do_not: Sequence[str],
+    small: Sequence[str],
+    cells: Sequence[Sequence[str]],
+    others: Sequence[str],
+) -> tuple[int, float]:
+    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table
+    and ``others``, whole lines; and the room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
         lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
-        words = HEAD + LINE * lines + SMALL_LINE * below + ROW * (rows + 2)
+        more = sum(-(-len(text) // int(ROW_WIDE / scale)) for text in others)
+        table = sum(ROW_LINE * rows + ROW_GAP for rows in (HEADINGS, *_row_lines(cells, ROW_WIDE / scale)))
+        words = HEAD + LINE * lines + SMALL_LINE * below + ROW_LINE * more + table
         room = PAPERS[paper] - 2 * MARGIN - scale * words
         if room >= LEAST_MAP or scale == SCALES[-1]:
             break
     return number, room
+
+
+def _row_lines(cells: Sequence[Sequence[str]], wide: float) -> list[int]:
+    """How many lines each row of ``cells`` has in a table of so many characters: a column that is longer is wider."""
+    longest = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    share = min((wide - CELL_GAP * len(longest)) / max(sum(longest), 1) / OF_WORDS, 1.0)
+    return [
+        max(math.ceil(len(text) / max(share * one, 1.0)) for text, one in zip(row, longest, strict=True))
+        for row in cells
+    ]

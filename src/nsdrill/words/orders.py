@@ -4,11 +4,11 @@ first. Only what is known is ordered."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice, takewhile
+from itertools import islice
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial, are_resolved
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial
 from nsdrill.words.trial_words import corner_words, slowed_to
 from nsdrill.words.values import TORQUE, in_order
 from nsdrill.words.wording import CUT_SHORT, Words, listed, period_words
@@ -91,16 +91,12 @@ class Orders(Words):
         return " If the drive is slower: do not use this setting."
 
     def _slower_ways(self) -> list[Trial]:
-        """The trials of the weight first that ended free, at rates below that which the speed first
-        asks for, the slowest first; none where too few were tried to tell what lies between."""
+        """The trials of the weight first at rates below that which the speed first asks for."""
         way, found = self.advice.way_in, self.advice.trials
         least = self._rate(way)
         if way is None or way.first != First.SPEED or least is None or found is None:
             return []
-        sure = found.sure_ways
-        slower = [one for one in found.ways_in(WEIGHT_FIRST) if 0.0 < (one.rate or 0.0) < least]
-        free = list(takewhile(lambda one: one in sure, slower))
-        return free if are_resolved(free) else []
+        return found.slower_ways(least)
 
     def _drill(self) -> str:
         within = [self.ends(axis) for axis in self.advice.stay_within]

@@ -45,10 +45,13 @@ def ways_words(found: Trials) -> str:
         ways = found.ways_in(name)
         if not ways:
             continue
-        place, rate = free_from(ways), None
+        rates = found.rates(name)
+        place = free_from(rates)
         text = f"{name}: {_free(ways)} free"
-        if 0 < place < len(ways) - 1 and (rate := ways[place].rate) is not None:
-            text = f"{name}: {_free(ways[place:])} free at {rate_words(rate)} or faster, {_free(ways[:place])} slower"
+        if 0 < place < len(rates) - 1 and (rate := rates[place].rate) is not None:
+            slower = [one for one in ways if (one.rate or 0.0) < rate]
+            faster = ways[len(slower) :]
+            text = f"{name}: {_free(faster)} free at {rate_words(rate)} or faster, {_free(slower)} slower"
         unknown = sum(one.outcome == Outcome.UNKNOWN for one in ways)
         parts.append(f"{text}, {unknown} not known" if unknown else text)
     return "; ".join(parts)
@@ -175,8 +178,7 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         where = "" if found.depth is None else f" at {fmt.value('depth', found.depth)}"
         after = f"judged over {found.observed:g} s after {found.settled:g} s at its last setting"
         yield f"Trials{where}, each {after}{_numbers(found)}:"
-        for one in found.trials:
-            yield f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}"
+        yield from _rows(found.trials, fmt)
     if found.changes:
         at = f" at {', '.join(fmt.value('wob', wob) for wob in found.wobs)}" if found.wobs else ""
         yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
@@ -185,7 +187,20 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         for change in (one for each in found.changes for one in each.every):
             if change.trials and change.speed is not None:
                 yield f"Trials with {change.words}, at {_tried_at(change, found, fmt)}:"
-                yield from (f"  {_name(one):{_WIDTH}s}{_outcome(one, fmt)}" for one in change.trials)
+                yield from _rows(change.trials, fmt)
+
+
+def _rows(trials: Iterable[Trial], fmt: Formatter) -> Iterator[str]:
+    """A row for each of the ``trials``, of ways in one for each rate."""
+    rows: dict[object, list[Trial]] = {}
+    for number, one in enumerate(trials):
+        rows.setdefault((one.name, one.rate) if one.way == Way.IN else number, []).append(one)
+    for same in rows.values():
+        told = [_outcome(one, fmt) for one in same]
+        if len(told) > 1:
+            others = "; ".join(dict.fromkeys(text for text in told if text != "free"))
+            told = [f"{_free(same)} free{f', else {others}' if others else ''}"]
+        yield f"  {_name(same[0]):{_WIDTH}s}{told[0]}"
 
 
 def _rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:

@@ -56,11 +56,12 @@ _DIGITS = {TORQUE: 3, "rate_of_penetration": 3, "mechanical_specific_energy": 3}
 _SLACK = 1e-6  # of a step: the last bits of a value
 
 
-def _number_of_rate(value: float) -> str:
-    """A rate in rpm/s, to two digits, rounded up."""
+def _number_of_rate(value: float, is_most: bool = False) -> str:
+    """A rate in rpm/s, to two digits, rounded up; one that ``is_most`` rounded down."""
     number = from_si(value, "rpm/s")
     size = 10.0 ** (math.floor(math.log10(number)) - 1) if number > 0.0 else 1.0
-    rounded = math.ceil(number / size - _SLACK) * size
+    steps = math.floor(number / size + _SLACK) if is_most else math.ceil(number / size - _SLACK)
+    rounded = steps * size
     return f"{rounded:.2g}" if rounded < 100 else f"{rounded:.0f}"
 
 
@@ -154,8 +155,10 @@ class Formatter:
         return text if self.system == "field" else f"{to_si(text, 'rad/s^2'):.2g} rad/s² ({text})"
 
     def rates(self, low: float, high: float) -> str:
-        """A range of these: ``1 to 10 rpm/s``."""
-        numbers = [_number_of_rate(value) for value in (low, high)]
+        """A range of these, rounded inwards: ``1 to 10 rpm/s``; of two that differ by rounding the least."""
+        numbers = [_number_of_rate(low), _number_of_rate(high, is_most=True)]
+        if float(numbers[1]) <= float(numbers[0]):
+            return self.rate(low)
         text = f"{' to '.join(numbers)} rpm/s"
         if self.system == "field":
             return text

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from math import floor, inf, isfinite, log10, pi
+from math import floor, inf, isclose, isfinite, log10, pi
 
 import numpy as np
 
@@ -39,7 +39,6 @@ AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
-NOT_SET = "trials begin with it on: how it is set was not tried"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
 _NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
@@ -241,12 +240,33 @@ class Words:
         return "known to be " if self.unknown else ""
 
     def within(self) -> str:
-        """``85 to 115 rpm``, the stretch along the first axis, and along that along which the
-        state was carried, if it is another; along both axes where one of them depends on the
-        other: ``85 to 115 rpm, 15 to 25 klbf``."""
-        axes = dict.fromkeys((*self.axes,) if self.is_cut else (self.along, self.carried))
-        joint = ", " if self.is_cut else " and "
-        return joint.join(self.ends(axis) for axis in axes if axis in self.advice.stay_within)
+        """``85 to 115 rpm, 15 to 25 klbf``, the stretches along all axes, as each holds where the others are; of a
+        single weight ``85 to 115 rpm at 20 klbf``. Of a hint it says where that lies on a limit."""
+        axes = dict.fromkeys((self.along, self.carried, *self.axes))
+        spans = [axis for axis in axes if axis in self.advice.stay_within and not self._is_single(axis)]
+        spans = spans or [self.along]
+        return ", ".join(f"{self.ends(axis)}{self._on_limit(axis)}" for axis in spans) + self._at_weight()
+
+    def _at_weight(self) -> str:
+        """`` at 20 klbf``: the one weight at which what is said of the first axis holds; "" of several."""
+        if "wob" in self.advice.stay_within:
+            is_one = self.along != "wob" and self._is_single("wob")
+            return f" at {self.setting_of('wob')}" if is_one else ""
+        held = self.advice.held.get("wob") if "wob" not in self.axes else None
+        return f" at {self.fmt.value('wob', held)}" if held is not None else ""
+
+    def _on_limit(self, axis: str) -> str:
+        """That a hint lies on a limit of what it is free within: `` (on the limit)``."""
+        one = self.advice.stay_within[axis]
+        if self.advice.kind != Kind.HINT or axis not in self.advice.point or self._is_single(axis):
+            return ""
+        value = self.advice.point[axis]
+        return " (on the limit)" if any(isclose(value, end, rel_tol=1e-9) for end in (one.low, one.high)) else ""
+
+    def _is_single(self, axis: str) -> bool:
+        """Whether what to stay within is one value of an axis."""
+        one = self.advice.stay_within[axis]
+        return one.low == one.high
 
     def sentence(self) -> str:
         """The answer in one sentence; of one that rests on runs that had not settled, or were
@@ -294,7 +314,8 @@ class Words:
         told = trial_words.disturbed(self.advice.trials, self.verbs_of)
         after = f"; {told}" if told else ""
         if self.is_of_starts:
-            return f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}{after}."
+            text = f"Run at {self.setting()}: {self.free} from {self._percent()}, at {self.within()}"
+            return first_short(f"{text}{after}.", f"{text}.")
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
         return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
@@ -353,7 +374,7 @@ class Words:
         return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
 
     def _brought_up(self, begin: str) -> str:
-        joined = f"{begin.rstrip(',')};" if self.is_cut else f"{begin} and"
+        joined = f"{begin} and" if len(self.advice.stay_within) < 2 else f"{begin.rstrip(',')};"
         text = f"{joined[0].upper()}{joined[1:]} stay at {self.within()}"
         if way := self._tried_way():
             text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
@@ -488,16 +509,16 @@ class Words:
         how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        text = f"No setting has room. Narrow hint: {self.setting()}, {how}{self.and_within()}"
+        brief, room = f"Narrow hint: {self.setting()}", self.and_within()
+        heads = [f"No setting has room. {brief}, {how}{room}", f"{brief}, {how}{room}", f"{brief}{room}"]
         if helps := self._helps():
-            brief = f"Narrow hint: {self.setting()}"
-            return first_short(f"{text}. {helps}", f"{brief}. {helps}")
+            return first_short(f"{heads[0]}. {helps}", f"{brief}. {helps}")
         known = self.advice.way_in
         if self.advice.jump is not None:
-            brief = f"Narrow hint: {self.setting()}{self.and_within()}"
             over = self.over_jump()
-            return first_short(f"{text}; {over}.", f"{brief}; {over}.", f"Narrow hint: {self.setting()}; {over}.")
-        return f"{text}; {'no way in is known' if known is not None and known.first == First.NONE else self._tail()}."
+            return first_short(*(f"{head}; {over}." for head in (heads[0], heads[2], brief)))
+        tail = "no way in is known" if known is not None and known.first == First.NONE else self._tail()
+        return first_short(*(f"{head}; {tail}." for head in heads))
 
     @property
     def is_above(self) -> bool:
@@ -518,8 +539,10 @@ class Words:
         return f"{one.name} with the rotation on, it {self.verbs_of(one.responses) or 'vibrates'} in a trial"
 
     def and_within(self) -> str:
-        """What follows the setting: ``, 85 to 115 rpm``; nothing where that is the setting itself."""
-        return "" if self._is_single and self.carried == self.along else f", {self.within()}"
+        """What follows the setting: ``, 85 to 115 rpm``; where that is the setting itself, the weight of the file."""
+        if not all(self._is_single(axis) for axis in self.advice.stay_within):
+            return f", {self.within()}"
+        return "" if self.advice.point.keys() >= {"wob", "rotary_speed"} else self._at_weight()
 
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
@@ -563,12 +586,6 @@ class Words:
             for room, tail in ((f", {self.within()}", "; trials tell"), ("", "; trials tell"), ("", ""))
         ]
         return first_short(*texts)
-
-    @property
-    def _is_single(self) -> bool:
-        """Whether what to stay within is one value of the first axis."""
-        one = self.advice.stay_within[self.along]
-        return one.low == one.high
 
     def _tail(self) -> str:
         """What lies beside a hint without room."""
@@ -829,7 +846,7 @@ class Words:
         way, found = self.advice.way_in, self.advice.trials
         if way is None or found is None or found.withdraws or way.first == First.NONE:
             return ""
-        slow = found.ways_in(WEIGHT_FIRST)
+        slow = found.rates(WEIGHT_FIRST)
         if slow and free_from(slow) == 0:
             return ""
         name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
@@ -852,8 +869,9 @@ class Words:
             text = f"Set {weight}"
             if way.begins is not None:
                 text += f" at {fmt.value('rotary_speed', way.begins)}"
-            if advice.trials is not None and advice.trials.weight_on is not None:
-                text += f", hold {advice.trials.weight_on:g} s ({NOT_SET})"
+            text += self._set_in()
+            if advice.trials is not None and advice.trials.held is not None:
+                text += f", hold {advice.trials.held[0]:g} to {advice.trials.held[1]:g} s"
             text += f", then raise the speed{to}"
             text += f" at {rates}" if (rates := self.rates(way) if advice.trials else "") else ""
             # the map, which stops at every speed, vibrates
@@ -875,9 +893,9 @@ class Words:
         then = f"set {weight}"
         if way.at_once and not advice.trials:
             then += " at once"
-        if advice.trials is not None and advice.trials.set_down is not None:
-            shortest, longest = advice.trials.set_down
-            then += f" in {shortest:g} to {longest:g} s"
+        then += self._set_in()
+        if advice.trials is not None and advice.trials.held is not None:
+            then = f"within {advice.trials.held[1]:g} s {then}"
         if way.from_weight is not None:
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
@@ -888,6 +906,11 @@ class Words:
         if self._is_shaken(way):
             then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
+
+    def _set_in(self) -> str:
+        """In what time the weight was set in trials: `` in 5 to 20 s``."""
+        found = self.advice.trials
+        return "" if found is None or found.set_down is None else " in {:g} to {:g} s".format(*found.set_down)
 
     def _is_shaken(self, way: WayIn) -> bool:
         """Whether bit-bounce may begin on a way in that no trial tried, of which nothing else says so."""

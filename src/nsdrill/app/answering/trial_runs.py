@@ -39,6 +39,7 @@ from nsdrill.analysis.trials import (
     Trial,
     Trials,
     Way,
+    free_from,
     free_stretches,
     hopeful,
 )
@@ -67,16 +68,24 @@ FIRST_RATES = {SPEED_FIRST: SPEED_RATES, WEIGHT_FIRST: WEIGHT_RATES}  # before f
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
-SET_DOWN = (5.0, 20.0)  # s in which the weight is set at speed, in turn at the rates of the speed
+SET_DOWN = (5.0, 20.0)  # s in which the weight is set
+# s in which the weight is set, and for which one waits between the weight and the speed: ways in have the first two in
+# turn, and what is recommended is tried in the others as well, as the phase decides in which the bit meets the rock
+MANNERS = ((5.0, 20.0), (20.0, 20.0))
+OTHERS = ((20.0, 0.0), (5.0, 61.1), (5.0, 0.0), (20.0, 120.0), (20.0, 41.7), (5.0, 93.3))
+WAITS = (0.0, 120.0)  # s, the shortest and the longest of these waits
+BETWEEN = 2  # of these others, at rates between the slowest and the fastest that are recommended
 TAG = 20.0  # s in which it is set again, carefully
 MORE = 8  # ways in between those that ended free, as a few may do so by chance
+# ways in of one order in other manners, where it is free at all rates
+REPEATED = BETWEEN * (len(SPEED_RATES) + MORE) + 2 * (len(OTHERS) - BETWEEN)
 EXCURSION = 0.1  # of the speed
 EXCURSION_RATE = 10.0 * RPM  # rad/s^2, that of a knob which is turned
 LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-TRIED, OF_TRIED = 3, 14000.0  # changes that have trials, as a rule, and s simulated in those of one
+TRIED, OF_TRIED = 3, 17000.0  # changes that have trials, as a rule, and s simulated in those of one
 FREE_COST = 0.6  # of what a second of the string as it is costs, where most of its motions roll: that of trials
 
 BUSY = 0.8  # of the time of a thread, below which others take the rest
@@ -179,6 +188,8 @@ class Plan:
     at: Operation | None = None
     there: float | None = None
     """The speed of an excursion [rad/s]."""
+    set_in: float | None = None
+    held: float | None = None
 
     @property
     def seconds(self) -> float:
@@ -252,31 +263,34 @@ class Bench:
 
     def ways_in(self) -> list[Plan]:
         """The weight first, then the speed; and the speed first, with no weight."""
-        weight_first = [self._weight_first(rate) for rate in WEIGHT_RATES]
-        return weight_first + self._speed_first(SPEED_RATES)
+        return [plan for name in (WEIGHT_FIRST, SPEED_FIRST) for plan in self._at_rates(name, FIRST_RATES[name])]
 
-    def _weight_first(self, rate: float) -> Plan:
-        first, speed = self.first, self.point.rotary_speed
-        up = FIRST + (speed - first) / rate
-        return Plan(WEIGHT_FIRST, Way.IN, {"rotary_speed": ((0.0, first), (FIRST, first), (up, speed))}, rate)
+    def _at_rates(self, name: str, rates: Sequence[float]) -> list[Plan]:
+        """Ways in of an order, with the weight set quickly and slowly in turn."""
+        return [self._way_in(name, rate, MANNERS[number % len(MANNERS)]) for number, rate in enumerate(rates)]
 
-    def _speed_first(self, rates: Sequence[float]) -> list[Plan]:
-        """With the weight set quickly and slowly in turn."""
-        found, first, speed, lifted = [], self.first, self.point.rotary_speed, self.off_bottom
-        for number, rate in enumerate(rates):
-            up, down = FIRST + (speed - first) / rate, SET_DOWN[number % len(SET_DOWN)]
-            knots: Knots = {
-                "rotary_speed": ((0.0, first), (FIRST, first), (up, speed)),
-                "wob": ((0.0, lifted), (up + PAUSE, lifted), (up + PAUSE + self._lowered(down), self.point.wob)),
-            }
-            found.append(Plan(SPEED_FIRST, Way.IN, knots, rate))
-        return found
+    def _way_in(self, name: str, rate: float, manner: tuple[float, float]) -> Plan:
+        """That of one order at one rate, in a manner of :data:`MANNERS`: it begins off bottom at the lowest speed."""
+        first, speed, lifted, (set_in, held) = self.first, self.point.rotary_speed, self.off_bottom, manner
+        lowered, up = self._lowered(set_in), (speed - first) / rate
+        is_first = name == WEIGHT_FIRST
+        set_at = PAUSE if is_first else FIRST + up + held
+        raised_at = PAUSE + lowered + held if is_first else FIRST
+        knots: Knots = {
+            "rotary_speed": ((0.0, first), (raised_at, first), (raised_at + up, speed)),
+            "wob": ((0.0, lifted), (set_at, lifted), (set_at + lowered, self.point.wob)),
+        }
+        return Plan(name, Way.IN, knots, rate, set_in=set_in, held=held)
+
+    def further(self, ended: Sequence[Trial]) -> list[Plan]:
+        """The ways in that are to be run after those that ``ended``, until what is recommended is sure."""
+        return self.more_ways_in(ended) or self.repeated(ended)
 
     def more_ways_in(self, ended: Sequence[Trial]) -> list[Plan]:
         """Further ways in, of the order that is best by those that ``ended``, between its rates that are free; none
         where it has them already, so that it was chosen after them, or where there is no such range."""
         trials = Trials(tuple(ended))
-        tried = {name: len(trials.ways_in(name)) for name in FIRST_RATES}
+        tried = {name: len(trials.rates(name)) for name in FIRST_RATES}
         judged = {name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()}
         best = best_stretch(trials, judged)
         if best is None or tried[best[0]] > len(FIRST_RATES[best[0]]):
@@ -284,8 +298,36 @@ class Bench:
         name, slowest, fastest = best
         assert slowest.rate is not None
         assert fastest.rate is not None
-        rates = np.geomspace(slowest.rate, fastest.rate, MORE + 2)[1:-1].tolist()
-        return [self._weight_first(rate) for rate in rates] if name == WEIGHT_FIRST else self._speed_first(rates)
+        return self._at_rates(name, np.geomspace(slowest.rate, fastest.rate, MORE + 2)[1:-1].tolist())
+
+    def repeated(self, ended: Sequence[Trial]) -> list[Plan]:
+        """Those that are recommended by what ``ended``, in other manners: a few at every rate, and where these were
+        free, all at the slowest and the fastest; none where all of them have been run. A rate at which one of them
+        vibrates is recommended no more, so that others come to be the slowest or the fastest."""
+        trials = Trials(tuple(ended))
+        best = best_stretch(trials, dict.fromkeys(FIRST_RATES, free_stretches))
+        if best is None:
+            return []
+        name, slowest, fastest = best
+        spans = [(name, self._between(trials.rates(name), slowest, fastest))]
+        if name == SPEED_FIRST and slowest.rate is not None:
+            ways = trials.rates(WEIGHT_FIRST)  # all of them are what the sentence orders where all are free
+            slower = ways if free_from(ways) == 0 else trials.slower_ways(slowest.rate)  # else a slower drive
+            spans.append((WEIGHT_FIRST, [one.rate or 0.0 for one in slower]))
+        done = {
+            (name, rate): sum(one.rate == rate for one in trials.ways_in(name)) - 1
+            for name, rates in spans
+            for rate in rates
+        }
+        few = [(*key, OTHERS[had:BETWEEN]) for key, had in done.items() if had < BETWEEN]
+        ends = {(name, end) for name, rates in spans for end in rates[:1] + rates[-1:]}
+        wanted = few or [(*key, OTHERS[done[key] :]) for key in done if key in ends]
+        return [self._way_in(name, rate, manner) for name, rate, manners in wanted for manner in manners]
+
+    @staticmethod
+    def _between(ways: Sequence[Trial], slowest: Trial, fastest: Trial) -> list[float]:
+        """The rates of ``ways``, the slower first, from the ``slowest`` to the ``fastest``."""
+        return [one.rate or 0.0 for one in ways[ways.index(slowest) : ways.index(fastest) + 1]]
 
     def disturbances(self, state: Array) -> list[Plan]:
         """What disturbs the point, from a ``state`` in which it is free."""
@@ -405,7 +447,7 @@ class Bench:
             try:
                 self._time(plans, ended, threads, told, stop, workers)
                 self._batch(plans, ended, threads, told, stop)
-                while more := self.more_ways_in([trial for trial, _ in ended.values()]):
+                while more := self.further([ended[number][0] for number in range(len(plans))]):
                     plans += more
                     self._batch(plans, ended, threads, told, stop)
                 if (state := self._free(plans, ended)) is not None:
@@ -421,14 +463,12 @@ class Bench:
                 stop.set()
                 interrupted = True
         trials = [
-            ended[number][0]
-            if number in ended
-            else Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, why=INTERRUPTED)
+            ended[number][0] if number in ended else replace(self._not_run(plan), why=INTERRUPTED)
             for number, plan in enumerate(plans)
         ]
         is_clear = self.hanging is not None
         found = replace(found, interrupted=interrupted, is_cut_short=interrupted)
-        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, weight_on=FIRST, is_clear=is_clear)
+        return replace(found, trials=(*trials, *slowed), set_down=SET_DOWN, held=WAITS, is_clear=is_clear)
 
     def of_corners(self, found: Trials, workers: int, told: Told) -> Trials:
         """``found`` with the trials of these corners, as those of :meth:`all`: its first way in
@@ -465,11 +505,11 @@ class Bench:
             told.began, told.compiled = time.monotonic(), compiling.seconds
             ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
-        more = MORE * sum(plan.seconds for plan in plans) / len(plans)
+        more = (MORE + REPEATED) * sum(plan.seconds for plan in plans) / len(plans)
         left = (sum(plan.seconds for plan in (*plans, *later)) + more) / min(workers, len(plans))
         knocks = sum(plan.way == Way.KNOCK for plan in later)
         slow = knocks * len(self.stairs()) * (SETTLE + OBSERVE) / min(workers, max(knocks, 1))
-        told.timed(len(plans) + MORE + len(later) + knocks, plans[order[-1]].seconds, left + slow)
+        told.timed(len(plans) + MORE + REPEATED + len(later) + knocks, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event
@@ -509,7 +549,7 @@ class Bench:
 
     def run(self, plan: Plan, stop: threading.Event) -> tuple[Trial, Array | None]:
         """How a trial ended, and its last state; None where that is not known."""
-        trial = Trial(plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, there=plan.there)
+        trial = self._not_run(plan)
         try:
             with interrupt.while_wanted(lambda: not stop.is_set()):
                 return self._run(trial, plan)
@@ -517,6 +557,13 @@ class Bench:
             return replace(trial, why=INTERRUPTED), None
         except (NsdrillError, ValueError, ArithmeticError) as error:
             return replace(trial, why=str(error).rstrip(".")), None
+
+    @staticmethod
+    def _not_run(plan: Plan) -> Trial:
+        """The trial of a ``plan``, as long as nothing is known of it."""
+        return Trial(
+            plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, there=plan.there, set_in=plan.set_in, held=plan.held
+        )
 
     def _run(self, trial: Trial, plan: Plan) -> tuple[Trial, Array | None]:
         study = self.study if plan.at is None else replace(self.study, operation=plan.at)
