@@ -132,10 +132,10 @@ def test_what_takes_no_trip_is_told_where_its_trials_bear_it(of_drive, share, to
         span, name="drive", words="soft torque", room=1.5, trials=(replace(way, outcome=Outcome(of_drive)),)
     )
     tried = Trials(changes=(Change("none", "", "", "as it is", room=0.0), span, drive))
-    assert tried.best is span
+    assert tried.best == span
     assert drive.share == share
     found = _without_trip(tried)
-    assert (found is drive) == told
+    assert (found == drive) == told
     assert _without_trip(Trials(changes=(tried.changes[0], drive))) is None, "it is the best itself"
 
 

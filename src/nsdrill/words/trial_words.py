@@ -183,7 +183,7 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         at = f" at {', '.join(fmt.value('wob', wob) for wob in found.wobs)}" if found.wobs else ""
         yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
         for change in found.changes:
-            yield from _rows(change, found, along, fmt)
+            yield from _change_rows(change, found, along, fmt)
         for change in (one for each in found.changes for one in each.every):
             if change.trials and change.speed is not None:
                 yield f"Trials with {change.words}, at {_tried_at(change, found, fmt)}:"
@@ -203,7 +203,7 @@ def _rows(trials: Iterable[Trial], fmt: Formatter) -> Iterator[str]:
         yield f"  {_name(same[0]):{_WIDTH}s}{told[0]}"
 
 
-def _rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
+def _change_rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
     """What a ``change`` does: a row, or one for each of its weights."""
     words = f"{change.words}, by the map" if found.mapped and not change.key else change.words
     if not change.others:
