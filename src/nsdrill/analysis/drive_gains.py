@@ -48,6 +48,7 @@ GRID_ERROR = 0.05  # amplitude of the error of a line, over the step to which va
 MODEL_ERROR = 0.01  # relative error of a ratio that no log is without
 DELAY_PRIOR = 1.0  # [s] standard deviation of tau before the log
 SMOOTHING_PRIOR = 0.04  # [s^2] of beta: a mean over 1 s
+ALSO_RIGHT = 3.0  # half the rise of chi^2 up to which another minimum may be the right one
 TOLD_DELAY = 3.0  # standard deviations from which a delay is told
 
 
@@ -98,7 +99,7 @@ class DriveGains:
     def sentences(self) -> list[str]:
         """What was found, in words; without numbers where they should not be used."""
         if self.doubts:
-            return [f"Gains of the drive from {self.rows} rows: not determined. {doubt}" for doubt in self.doubts]
+            return [f"Gains of the drive from {self.rows} rows are not determined: {doubt}." for doubt in self.doubts]
         gains = [("K_p", self.damping, "N m s/rad"), ("K_i", self.stiffness, "N m/rad")]
         if self.inertia is not None:
             gains.append(("inertia", self.inertia, "kg m^2"))
@@ -196,7 +197,9 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
     spectra = _spectra(parts, period)
     lines = _lines(spectra, None, inertia)
     if not len(lines.frequency):
-        return _none(inertia, rows, "the torque does not follow from the speed: neither has a period above its noise")
+        return _none(inertia, rows, "the torque does not follow from the speed: no period rises above the noise of both")
+    if len(lines.frequency) == 1:
+        return _none(inertia, rows, _of_one_line(lines, inertia))
     lines = _lines(spectra, _fitted(lines, inertia).numbers, inertia)
     return _found(lines, _fitted(lines, inertia), inertia, sum(len(part.time) for part in parts))
 
@@ -375,7 +378,7 @@ def _fitted(lines: _Lines, inertia: bool) -> _Fit:
     free = max(len(lines.frequency) - 1 - 0.5 * inertia, 0.5)
     for _ in range(3):
         extra = float(np.sum(np.abs(fit.left) ** 2 - lines.errors**2)) / free
-        fit = _fit(lines, inertia, math.sqrt(max(MODEL_ERROR**2, extra)), [fit.numbers])
+        fit = _fit(lines, inertia, math.sqrt(max(MODEL_ERROR**2, extra)), starts)
     return fit
 
 
@@ -395,33 +398,89 @@ def _starts(lines: _Lines, inertia: bool) -> list[Array]:
 
 
 def _fit(lines: _Lines, inertia: bool, model: float, starts: Sequence[Array]) -> _Fit:
+    """The fit where the law has the relative error ``model``. Several laws may agree with
+    few ratios: one whose gains are not negative comes first, and what others of these say
+    is in the covariance by their likelihood."""
     # the errors of a ratio are shared by its real and its imaginary part
     sigma = np.sqrt((lines.errors**2 + model**2) / 2.0)
+    s = 1j * lines.frequency
     middle = float(np.median(lines.frequency))
-    units = [1.0, middle, 1.0 / middle][: 2 + inertia]
-    scale = np.concatenate([float(np.abs(lines.ratio).max()) * np.array(units), [1.0, 1.0]])
+    size = float(np.abs(lines.ratio).max())
+    scale = np.array([*[size, size * middle, size / middle][: 2 + inertia], 1.0, 1.0])
 
     def off(numbers: Array) -> Array:
         left = (_law(numbers * scale, lines.frequency, inertia) / lines.ratio - 1.0) / sigma
-        return np.concatenate([left.real, left.imag, [numbers[-2] / DELAY_PRIOR, numbers[-1] / SMOOTHING_PRIOR]])
+        delay, smoothing = (numbers * scale)[-2:]
+        return np.concatenate([left.real, left.imag, [delay / DELAY_PRIOR, smoothing / SMOOTHING_PRIOR]])
 
-    best = min((least_squares(off, start / scale) for start in starts), key=lambda one: float(one.cost))
-    covariance = np.linalg.pinv(best.jac.T @ best.jac, rcond=1e-14) * np.outer(scale, scale)
+    def slope(numbers: Array) -> Array:
+        law = _law(numbers * scale, lines.frequency, inertia)
+        unit = -np.exp(-s * numbers[-2] * scale[-2] + numbers[-1] * scale[-1] * s * s)
+        columns = [unit, unit / s, unit * s][: 2 + inertia] + [-s * law, s * s * law]
+        rows = np.stack(columns, axis=1) / (lines.ratio * sigma)[:, None]
+        priors = np.zeros((2, len(numbers)))
+        priors[0, -2], priors[1, -1] = 1.0 / DELAY_PRIOR, 1.0 / SMOOTHING_PRIOR
+        return np.concatenate([rows.real, rows.imag, priors]) * scale
+
+    found = [least_squares(off, start / scale, slope, method="lm") for start in starts]
+    cost = np.array([one.cost for one in found])
+    right = np.array([bool((one.x[: 2 + inertia] >= 0.0).all()) for one in found])
+    right = right & (cost < cost.min() + ALSO_RIGHT)
+    if not right.any():
+        right = cost == cost.min()
+    place = int(np.argmin(np.where(right, cost, np.inf)))
+    best = found[place]
+    covariance = np.linalg.pinv(best.jac.T @ best.jac, rcond=1e-14)
+    others = [(best.x, 0.0)]
+    for one, usable in zip(found, right, strict=True):
+        apart = min(float(np.abs(one.x - other).max()) for other, _ in others)
+        if usable and apart > 1e-3:
+            others.append((one.x, math.exp(best.cost - one.cost)))
+    whole = 1.0 + sum(weight for _, weight in others)
+    for numbers, weight in others:
+        covariance += weight / whole * np.outer(numbers - best.x, numbers - best.x)
     numbers = best.x * scale
-    return _Fit(numbers, covariance, _law(numbers, lines.frequency, inertia) / lines.ratio - 1.0)
+    left = _law(numbers, lines.frequency, inertia) / lines.ratio - 1.0
+    return _Fit(numbers, covariance * np.outer(scale, scale), left)
 
 
 def _doubts(lines: _Lines, values: Sequence[float], errors: Sequence[float], share: float) -> list[str]:
-    doubts = []
+    """Why the numbers should not be used."""
     if share < LEAST_SHARE:
-        doubts.append(
-            f"The law explains {100 * share:.0f} % of the variance of the torque, and less than "
-            f"{100 * LEAST_SHARE:g} % is too little: the torque does not follow from the speed of the top. It may be of "
-            "another place, limited or smoothed, or the drive damps by another law."
-        )
-    for name, value, error in zip(("K_p", "K_i", "The inertia"), values, errors, strict=False):
-        if value < 0.0 and name != "The inertia" and -value > 2.0 * error:
-            doubts.append(f"{name} is negative: the torque is of the other sign, or the law is another one.")
-        elif error > DETERMINED * abs(value) or math.isnan(error):
-            doubts.append(f"{name} has an error of {100 * error / max(abs(value), 1e-300):.0f} %.")
-    return doubts
+        return [
+            f"the law explains {100 * share:.0f} % of the variance of the torque, less than {100 * LEAST_SHARE:g} %: the "
+            "torque does not follow from the speed of the top; it may be of another place, limited or noisy, or the drive "
+            "damps by another law"
+        ]
+    names = ("K_p", "K_i", "inertia")
+    doubts = [
+        f"{name} is negative, {value:.3g}: the torque is of the other sign, or the law is another one"
+        for name, value, error in zip(names, values, errors, strict=False)
+        if value < -2.0 * error
+    ]
+    if doubts:
+        return doubts
+    vague = [
+        f"{name} {value:.3g} +- {error:.2g}"
+        for name, value, error in zip(names, values, errors, strict=False)
+        if not error <= DETERMINED * abs(value)
+    ]
+    if not vague:
+        return []
+    periods = 2.0 * math.pi / lines.frequency
+    listed = ", ".join(f"{one:.3g} s" for one in np.sort(periods))
+    return [
+        f"{', '.join(vague)}, from the ratios of torque to speed at periods of {listed}; longer stretches, faster samples "
+        "or less noise determine more"
+    ]
+
+
+def _of_one_line(lines: _Lines, inertia: bool) -> str:
+    """What the ratio at a single period says."""
+    frequency, ratio = float(lines.frequency[0]), complex(lines.ratio[0])
+    both = "K_i/w - J w" if inertia else "K_i/w"
+    return (
+        f"speed and torque swing at a single period, {2.0 * math.pi / frequency:.3g} s (w = {frequency:.3g} rad/s), which "
+        f"shows {2 + inertia} gains and a delay of the log in two numbers only: without a delay K_p {-ratio.real:.4g} and "
+        f"{both} {ratio.imag:.4g} N m s/rad; stretches with stick-slip have harmonics, and so more"
+    )

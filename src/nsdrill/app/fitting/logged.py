@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.cycles import LIKENESS, SAMPLES, SCATTER, SWING, Cycles, cycles_of
-from nsdrill.analysis.drive_gains import LEAST_ROWS, Stretch, gains_of_drive
+from nsdrill.analysis.drive_gains import LEAST_ROWS, LEAST_SWING, Stretch, gains_of_drive
 from nsdrill.app.fitting.names import PERIOD
 from nsdrill.data import Array
 from nsdrill.errors import count, option
@@ -81,15 +81,17 @@ def _of_periods(name: str, found: Sequence[Cycles], periods: Array) -> list[str]
 def _drive(
     time: Array, signals: Mapping[str, Array], settings: Mapping[str, Array], kept: Sequence[tuple[int, int]]
 ) -> list[str]:
-    """The gains of the drive, where the log has them: from the swing of the top about its
-    mean speed in each stretch."""
+    """The gains of the drive from the swing of the top about its mean speed in each stretch,
+    or why there are none. A log whose only speed is a set speed that is held says nothing
+    of a drive."""
     speed, torque = signals.get("drive_speed", settings.get("rotary_speed")), signals.get("surface_torque")
     if speed is None or torque is None:
         return []
     parts = [
         Stretch(time[a:b], speed[a:b], torque[a:b], float(speed[a:b].mean())) for a, b in kept if b - a >= LEAST_ROWS
     ]
-    if not parts:
+    held = all(part.speed.std() < LEAST_SWING * abs(part.speed.mean()) for part in parts)
+    if not parts or (held and "drive_speed" not in signals):
         return []
     found = gains_of_drive(parts, inertia=True)
-    return [*found.sentences(), f"As a study has them: {found.study()}"] if found.sure else []
+    return [*found.sentences(), *([f"As a study has them: {found.study()}"] if found.sure else [])]
