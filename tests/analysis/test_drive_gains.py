@@ -118,6 +118,10 @@ def late(values, rows):
     return np.concatenate([np.full(rows, values[0]), values[:-rows]])
 
 
+def smoothed(log):
+    return log._replace(speed=np.convolve(log.speed, np.ones(11) / 11, "same"))
+
+
 DRAW = np.random.default_rng(1)
 AS_LOGGED = {
     "all": (lambda log: log, 0.0),
@@ -127,7 +131,7 @@ AS_LOGGED = {
     "torque late by 1 s": (lambda log: log._replace(torque=late(log.torque, 10)), 1.0),
     "speed late by 1 s": (lambda log: log._replace(speed=late(log.speed, 10)), -1.0),
     "noise of 2 rpm": (lambda log: log._replace(speed=log.speed + DRAW.normal(0, 2 * RPM, len(log.speed))), 0.0),
-    "speed smoothed over 1.1 s": (lambda log: log._replace(speed=np.convolve(log.speed, np.ones(11) / 11, "same")), 0.0),
+    "speed smoothed over 1.1 s": (smoothed, 0.0),
 }
 
 

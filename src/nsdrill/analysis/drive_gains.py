@@ -39,6 +39,7 @@ LEAST_SWING = 1e-3  # of the set speed: a top that swings less says nothing of i
 LEAST_PERIODS = 5.0  # of the fundamental in a stretch
 WINDOW_PERIODS = 12.0  # of the fundamental in a window
 HARMONICS = 12  # the spectrum is taken up to this multiple of the fundamental
+SAMPLES_OF_LINES = 4.0  # in a period, with which a log has the fundamental and a harmonic
 HALF_WIDTH = 3  # bins from the middle of a line of the window sin^4 to its first zero
 BANDWIDTH = 1.94  # bins of noise that the window lets through
 LEAST_LINE = 1e-4  # power of a line over that of the greatest one; less may be leakage
@@ -49,6 +50,7 @@ MODEL_ERROR = 0.01  # relative error of a ratio that no log is without
 DELAY_PRIOR = 1.0  # [s] standard deviation of tau before the log
 SMOOTHING_PRIOR = 0.04  # [s^2] of beta: a mean over 1 s
 ALSO_RIGHT = 3.0  # half the rise of chi^2 up to which another minimum may be the right one
+SAME = 1e-3  # relative distance up to which two minima are one
 TOLD_DELAY = 3.0  # standard deviations from which a delay is told
 
 
@@ -118,7 +120,8 @@ class DriveGains:
             return []
         late, other = ("torque", "speed") if delay > 0 else ("speed", "torque")
         return [
-            f"The log has the {late} {abs(delay):.2g} +- {error:.1g} s later than the {other}; the gains are corrected for it."
+            f"The log has the {late} {abs(delay):.2g} +- {error:.1g} s later than the {other}; the gains are "
+            "corrected for it."
         ]
 
 
@@ -197,7 +200,8 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
     spectra = _spectra(parts, period)
     lines = _lines(spectra, None, inertia)
     if not len(lines.frequency):
-        return _none(inertia, rows, "the torque does not follow from the speed: no period rises above the noise of both")
+        alone = "the torque does not follow from the speed: no period rises above the noise of both"
+        return _none(inertia, rows, alone)
     if len(lines.frequency) == 1:
         return _none(inertia, rows, _of_one_line(lines, inertia))
     lines = _lines(spectra, _fitted(lines, inertia).numbers, inertia)
@@ -403,54 +407,57 @@ def _fit(lines: _Lines, inertia: bool, model: float, starts: Sequence[Array]) ->
     is in the covariance by their likelihood."""
     # the errors of a ratio are shared by its real and its imaginary part
     sigma = np.sqrt((lines.errors**2 + model**2) / 2.0)
-    s = 1j * lines.frequency
-    middle = float(np.median(lines.frequency))
-    size = float(np.abs(lines.ratio).max())
+    frequency = lines.frequency
+    middle, size = float(np.median(frequency)), float(np.abs(lines.ratio).max())
     scale = np.array([*[size, size * middle, size / middle][: 2 + inertia], 1.0, 1.0])
+    priors = np.zeros((2, len(scale)))
+    priors[0, -2], priors[1, -1] = 1.0 / DELAY_PRIOR, 1.0 / SMOOTHING_PRIOR
 
     def off(numbers: Array) -> Array:
-        left = (_law(numbers * scale, lines.frequency, inertia) / lines.ratio - 1.0) / sigma
-        delay, smoothing = (numbers * scale)[-2:]
-        return np.concatenate([left.real, left.imag, [delay / DELAY_PRIOR, smoothing / SMOOTHING_PRIOR]])
+        left = (_law(numbers * scale, frequency, inertia) / lines.ratio - 1.0) / sigma
+        return np.concatenate([left.real, left.imag, priors @ numbers])
 
-    def slope(numbers: Array) -> Array:
-        law = _law(numbers * scale, lines.frequency, inertia)
-        unit = -np.exp(-s * numbers[-2] * scale[-2] + numbers[-1] * scale[-1] * s * s)
-        columns = [unit, unit / s, unit * s][: 2 + inertia] + [-s * law, s * s * law]
-        rows = np.stack(columns, axis=1) / (lines.ratio * sigma)[:, None]
-        priors = np.zeros((2, len(numbers)))
-        priors[0, -2], priors[1, -1] = 1.0 / DELAY_PRIOR, 1.0 / SMOOTHING_PRIOR
-        return np.concatenate([rows.real, rows.imag, priors]) * scale
+    def slopes(numbers: Array) -> Array:
+        rows = _slopes(numbers * scale, frequency, inertia) / (lines.ratio * sigma)[:, None] * scale
+        return np.concatenate([rows.real, rows.imag, priors])
 
-    found = [least_squares(off, start / scale, slope, method="lm") for start in starts]
-    cost = np.array([one.cost for one in found])
-    right = np.array([bool((one.x[: 2 + inertia] >= 0.0).all()) for one in found])
-    right = right & (cost < cost.min() + ALSO_RIGHT)
-    if not right.any():
-        right = cost == cost.min()
-    place = int(np.argmin(np.where(right, cost, np.inf)))
-    best = found[place]
+    found = [least_squares(off, start / scale, slopes, method="lm") for start in starts]
+    least = min(one.cost for one in found)
+    usable = [one for one in found if (one.x[: 2 + inertia] >= 0.0).all() and one.cost < least + ALSO_RIGHT]
+    best = min(usable or found, key=lambda one: float(one.cost))
     covariance = np.linalg.pinv(best.jac.T @ best.jac, rcond=1e-14)
-    others = [(best.x, 0.0)]
-    for one, usable in zip(found, right, strict=True):
-        apart = min(float(np.abs(one.x - other).max()) for other, _ in others)
-        if usable and apart > 1e-3:
-            others.append((one.x, math.exp(best.cost - one.cost)))
-    whole = 1.0 + sum(weight for _, weight in others)
-    for numbers, weight in others:
-        covariance += weight / whole * np.outer(numbers - best.x, numbers - best.x)
+    covariance = covariance + _spread(best.x, [(one.x, math.exp(best.cost - one.cost)) for one in usable])
     numbers = best.x * scale
-    left = _law(numbers, lines.frequency, inertia) / lines.ratio - 1.0
+    left = _law(numbers, frequency, inertia) / lines.ratio - 1.0
     return _Fit(numbers, covariance * np.outer(scale, scale), left)
+
+
+def _slopes(numbers: Array, frequency: Array, inertia: bool) -> Array:
+    """The derivatives of the law with respect to its numbers [frequencies, numbers]."""
+    s = 1j * frequency
+    law, unit = _law(numbers, frequency, inertia), -np.exp(-s * numbers[-2] + numbers[-1] * s * s)
+    return np.stack([*[unit, unit / s, unit * s][: 2 + inertia], -s * law, s * s * law], axis=1)
+
+
+def _spread(best: Array, others: Sequence[tuple[Array, float]]) -> Array:
+    """The covariance about the best numbers of others with their likelihood over it, of
+    which those that are found again count once."""
+    apart: list[tuple[Array, float]] = [(best, 1.0)]
+    for numbers, weight in others:
+        if all(float(np.abs(numbers - known).max()) > SAME for known, _ in apart):
+            apart.append((numbers, weight))
+    whole = sum(weight for _, weight in apart)
+    spread: Array = np.sum([weight / whole * np.outer(one - best, one - best) for one, weight in apart], axis=0)
+    return spread
 
 
 def _doubts(lines: _Lines, values: Sequence[float], errors: Sequence[float], share: float) -> list[str]:
     """Why the numbers should not be used."""
     if share < LEAST_SHARE:
         return [
-            f"the law explains {100 * share:.0f} % of the variance of the torque, less than {100 * LEAST_SHARE:g} %: the "
-            "torque does not follow from the speed of the top; it may be of another place, limited or noisy, or the drive "
-            "damps by another law"
+            f"the law explains {100 * share:.0f} % of the variance of the torque, less than {100 * LEAST_SHARE:g} %: "
+            "the torque does not follow from the speed of the top; it may be of another place, limited or noisy, or "
+            "the drive damps by another law"
         ]
     names = ("K_p", "K_i", "inertia")
     doubts = [
@@ -470,8 +477,8 @@ def _doubts(lines: _Lines, values: Sequence[float], errors: Sequence[float], sha
     periods = 2.0 * math.pi / lines.frequency
     listed = ", ".join(f"{one:.3g} s" for one in np.sort(periods))
     return [
-        f"{', '.join(vague)}, from the ratios of torque to speed at periods of {listed}; longer stretches, faster samples "
-        "or less noise determine more"
+        f"{', '.join(vague)}, from the ratios of torque to speed at periods of {listed}; longer stretches, faster "
+        "samples or less noise determine more"
     ]
 
 
@@ -480,7 +487,8 @@ def _of_one_line(lines: _Lines, inertia: bool) -> str:
     frequency, ratio = float(lines.frequency[0]), complex(lines.ratio[0])
     both = "K_i/w - J w" if inertia else "K_i/w"
     return (
-        f"speed and torque swing at a single period, {2.0 * math.pi / frequency:.3g} s (w = {frequency:.3g} rad/s), which "
-        f"shows {2 + inertia} gains and a delay of the log in two numbers only: without a delay K_p {-ratio.real:.4g} and "
-        f"{both} {ratio.imag:.4g} N m s/rad; stretches with stick-slip have harmonics, and so more"
+        f"speed and torque swing at a single period, {2.0 * math.pi / frequency:.3g} s (w = {frequency:.3g} rad/s), "
+        f"which gives two numbers, fewer than the unknowns {'K_p, K_i, inertia' if inertia else 'K_p, K_i'} and a "
+        f"delay: without a delay K_p {-ratio.real:.4g} and {both} {ratio.imag:.4g} N m s/rad; stretches with stick-slip have "
+        "harmonics, which give more"
     )
