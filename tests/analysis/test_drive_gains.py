@@ -62,6 +62,7 @@ def test_what_says_nothing_of_the_gains_is_told():
     assert any("stiff drive" in doubt for doubt in held.doubts)
     for one in (alone, held):
         assert all("not determined" in line and "+-" not in line for line in one.sentences())
+        assert one.study() == "# drive: its gains are not determined"
     log = synthetic(step=0.02)
     turned = gains_of_drive([log._replace(torque=-log.torque)])
     assert [doubt.partition(" is ")[0] for doubt in turned.doubts] == ["K_p", "K_i"]

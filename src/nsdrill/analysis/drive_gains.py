@@ -91,7 +91,10 @@ class DriveGains:
         return not self.doubts
 
     def study(self) -> str:
-        """The section of a study with these gains, YAML."""
+        """The section of a study with these gains, YAML; a comment where they should not be
+        used."""
+        if self.doubts:
+            return "# drive: its gains are not determined"
         inertia = "" if self.inertia is None else f", inertia: {self.inertia:.4g} kg*m^2"
         return (
             f"drive: {{kind: pi, damping: {self.damping:.4g} N*m*s/rad, stiffness: {self.stiffness:.4g} N*m/rad"
@@ -489,6 +492,6 @@ def _of_one_line(lines: _Lines, inertia: bool) -> str:
     return (
         f"speed and torque swing at a single period, {2.0 * math.pi / frequency:.3g} s (w = {frequency:.3g} rad/s), "
         f"which gives two numbers, fewer than the unknowns {'K_p, K_i, inertia' if inertia else 'K_p, K_i'} and a "
-        f"delay: without a delay K_p {-ratio.real:.4g} and {both} {ratio.imag:.4g} N m s/rad; stretches with stick-slip have "
-        "harmonics, which give more"
+        f"delay: without a delay K_p {-ratio.real:.4g} and {both} {ratio.imag:.4g} N m s/rad; stretches with "
+        "stick-slip have harmonics, which give more"
     )
