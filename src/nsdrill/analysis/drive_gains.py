@@ -109,7 +109,7 @@ class DriveGains:
         if self.inertia is not None:
             gains.append(("inertia", self.inertia, "kg m^2"))
         told = [
-            f"{name} {value:.4g} +- {error:.2g} {unit}"
+            f"{name} {float(f'{value:.4g}'):g} +- {float(f'{error:.2g}'):g} {unit}"
             for (name, value, unit), error in zip(gains, self.errors, strict=True)
         ]
         periods = ", ".join(f"{one:.3g}" for one in self.periods)
