@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import nsdrill
 from nsdrill.analysis.drive_gains import Stretch, gains_of_drive
@@ -147,6 +148,49 @@ def test_what_a_rig_does_to_a_log_does_not_change_the_gains(rig, name):
     assert abs(found.delay[0] - delay) < 2.0 * found.delay[1]
     told = " ".join(found.sentences())
     assert (f"The log has the {'torque' if delay > 0 else 'speed'} {abs(delay):.2g} +- " in told) == (delay != 0.0)
+
+
+def filtered(values, time):
+    """After a filter of the first order, from samples of 0.1 s."""
+    return lfilter([0.1 / time], [1.0, 0.1 / time - 1.0], values - values[0]) + values[0]
+
+
+REFUSED = {
+    "torque filtered by 1 s": (lambda log: log._replace(torque=filtered(log.torque, 1.0)), "off the law by"),
+    "torque filtered by 4 s": (lambda log: log._replace(torque=filtered(log.torque, 4.0)), "the law explains"),
+    "speed filtered by 1 s": (lambda log: log._replace(speed=filtered(log.speed, 1.0)), "off the law by"),
+    "mean speed of 3 s": (
+        lambda log: log._replace(speed=np.convolve(log.speed, np.ones(30) / 30, "same")),
+        "speed less than the law needs",
+    ),
+    "torque late by 5 s": (lambda log: log._replace(torque=late(log.torque, 50)), ""),
+    "torque cut off": (lambda log: log._replace(torque=np.minimum(log.torque, 7000.0)), ""),
+    "rounded to 10 rpm": (lambda log: log._replace(speed=np.round(log.speed / RPM / 10) * RPM * 10), ""),
+    "a sample in 2 s": (lambda log: Stretch(*(one[::20] for one in log[:3]), log.set_speed), "+-"),
+    "a sample in 3 s": (lambda log: Stretch(*(one[::30] for one in log[:3]), log.set_speed), "a single period"),
+    "torque of another log": (lambda log: log._replace(torque=log.torque[::-1]), "does not follow"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_log_that_is_not_one_of_the_law_is_refused_with_the_reason(rig, name):
+    change, reason = REFUSED[name]
+    found = gains_of_drive([change(rig)], inertia=True)
+    assert not found.sure
+    assert reason in " ".join(found.doubts)
+
+
+@pytest.mark.parametrize("lost", ["some rows", "a gap", "rows without numbers"])
+def test_rows_that_are_missing_change_nothing(rig, lost):
+    chance = np.random.default_rng(2).random(len(rig.time))
+    kept = np.abs(rig.time - 180.0) > 8.0 if lost == "a gap" else chance > 0.3
+    log = Stretch(*(one[kept] for one in rig[:3]), rig.set_speed)
+    if lost == "rows without numbers":
+        log = rig._replace(torque=np.where(kept, rig.torque, np.nan))
+    found = gains_of_drive([log], inertia=True)
+    assert found.sure
+    for (gain, value), error in zip(TRUTH.items(), found.errors, strict=True):
+        assert abs(getattr(found, gain) - value) < 2.0 * error, gain
 
 
 def log_of_a_rig(seed, inertia):

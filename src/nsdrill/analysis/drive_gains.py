@@ -44,13 +44,17 @@ HALF_WIDTH = 3  # bins from the middle of a line of the window sin^4 to its firs
 BANDWIDTH = 1.94  # bins of noise that the window lets through
 LEAST_LINE = 1e-4  # power of a line over that of the greatest one; less may be leakage
 ABOVE_NOISE = 10.0  # power of a line over that of the noise in its bins
-GAP = 3.0  # times the usual step
+GAP = 2.5  # times the usual step
+GAP_PERIODS = 0.15  # of the fundamental; a gap is longer than both
 GRID_ERROR = 0.05  # amplitude of the error of a line, over the step to which values are rounded
 MODEL_ERROR = 0.01  # relative error of a ratio that no log is without
+MOST_MODEL_ERROR = 0.05  # with which gains are told
+MISSING = 4.0  # times the power that the speed has at a line, if the law gives the torque
 DELAY_PRIOR = 1.0  # [s] standard deviation of tau before the log
 SMOOTHING_PRIOR = 0.04  # [s^2] of beta: a mean over 1 s
 ALSO_RIGHT = 3.0  # half the rise of chi^2 up to which another minimum may be the right one
 SAME = 1e-3  # relative distance up to which two minima are one
+MOST_SMOOTHING = 0.06  # [s^2] of beta that is corrected: a mean over 1.2 s
 TOLD_DELAY = 3.0  # standard deviations from which a delay is told
 
 
@@ -131,13 +135,12 @@ class DriveGains:
 class _Part(NamedTuple):
     """Rows of a stretch without a gap: times, speed less set speed and torque, both less
     their trends, arrays [rows]; the steps to which both are rounded (0 where they are not
-    seen to be); and the swing of the speed over the set speed."""
+    seen to be)."""
 
     time: Array
     speed: Array
     torque: Array
     grids: tuple[float, float]
-    swing: float
 
     @property
     def span(self) -> float:
@@ -170,11 +173,13 @@ class _Lines(NamedTuple):
 
 class _Fit(NamedTuple):
     """K_p, K_i, with inertia J, then tau and beta, with their covariance; the relative
-    deviations of the ratios from the law [lines], complex."""
+    deviations of the ratios from the law [lines], complex, and the relative error of the
+    law that accounts for them."""
 
     numbers: Array
     covariance: Array
     left: Array
+    model: float
 
 
 def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> DriveGains:
@@ -183,11 +188,11 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
 
     ValueError where no stretch has :data:`LEAST_ROWS` rows of numbers.
     """
-    parts = [part for one in stretches for part in _parts(one)]
-    if not parts:
+    known = [one for stretch in stretches if len((one := _known(stretch)).time) >= LEAST_ROWS]
+    if not known:
         raise ValueError(f"found no stretch with {LEAST_ROWS} rows of numbers; allowed: at least one")
-    rows = sum(len(part.time) for part in parts)
-    swing = max(part.swing for part in parts)
+    rows = sum(len(one.time) for one in known)
+    swing = max(_swing(one) for one in known)
     if swing < LEAST_SWING:
         return _none(
             inertia,
@@ -195,8 +200,8 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
             f"the top swings by {100 * swing:.2g} % of the set speed only, as under a very stiff drive, and its gains "
             "do not show; take stretches with stick-slip",
         )
-    period = _fundamental(max(parts, key=lambda one: one.span))
-    parts = [one for one in parts if one.span >= LEAST_PERIODS * period]
+    period = _fundamental(max(known, key=lambda one: float(one.time[-1] - one.time[0])))
+    parts = [part for one in known for part in _parts(one, period)]
     if not parts:
         slow = f"the speed swings once in {period:.3g} s, and a stretch needs {LEAST_PERIODS:g} periods"
         return _none(inertia, rows, slow)
@@ -208,7 +213,9 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
     if len(lines.frequency) == 1:
         return _none(inertia, rows, _of_one_line(lines, inertia))
     lines = _lines(spectra, _fitted(lines, inertia).numbers, inertia)
-    return _found(lines, _fitted(lines, inertia), inertia, sum(len(part.time) for part in parts))
+    fit = _fitted(lines, inertia)
+    missing = _missing(spectra, np.abs(_law(fit.numbers, spectra.frequency, inertia)))
+    return _found(lines, fit, inertia, sum(len(part.time) for part in parts), missing)
 
 
 def _none(inertia: bool, rows: int, doubt: str) -> DriveGains:
@@ -216,7 +223,7 @@ def _none(inertia: bool, rows: int, doubt: str) -> DriveGains:
     return DriveGains(nan, nan, nan if inertia else None, (nan,) * (2 + inertia), (nan, nan), 0.0, (), rows, (doubt,))
 
 
-def _found(lines: _Lines, fit: _Fit, inertia: bool, rows: int) -> DriveGains:
+def _found(lines: _Lines, fit: _Fit, inertia: bool, rows: int, missing: Sequence[float]) -> DriveGains:
     errors = np.sqrt(np.diag(fit.covariance)).tolist()
     missed = float(np.sum(lines.coherent * np.abs(fit.left) ** 2))
     share = max(0.0, (float(np.sum(lines.coherent)) - missed) / float(np.sum(lines.power)))
@@ -231,28 +238,35 @@ def _found(lines: _Lines, fit: _Fit, inertia: bool, rows: int) -> DriveGains:
         share,
         tuple((2.0 * math.pi / np.sort(lines.frequency)).tolist()),
         rows,
-        tuple(_doubts(lines, values[:size], errors[:size], share)),
+        tuple(_doubts(lines, values[:size], errors[:size], share) or _of_the_log(fit, errors[size], missing)),
     )
 
 
-def _parts(stretch: Stretch) -> Iterator[_Part]:
-    """The parts of a stretch without gaps. The trend of both signals is what an offset of
-    the set speed and a drift of the string add."""
-    time, speed, torque = (np.asarray(values, dtype=float) for values in stretch[:3])
-    target = np.broadcast_to(np.asarray(stretch.set_speed, dtype=float), time.shape)
-    known = np.isfinite(time) & np.isfinite(speed) & np.isfinite(torque) & np.isfinite(target)
-    time, speed, torque, target = time[known], speed[known], torque[known], target[known]
-    if len(time) < LEAST_ROWS:
-        return
-    grids = (_grid(speed), _grid(torque))
-    steps = np.diff(time)
-    gaps = np.flatnonzero(steps > GAP * np.median(steps)) + 1
-    for rows in np.split(np.arange(len(time)), gaps):
-        if len(rows) >= LEAST_ROWS:
-            clock = time[rows]
-            error, pull = _level(clock, speed[rows] - target[rows]), _level(clock, torque[rows])
-            swing = float(np.std(error) / max(float(np.abs(target[rows]).max()), 1e-9))
-            yield _Part(clock, error, pull, grids, swing)
+def _known(stretch: Stretch) -> Stretch:
+    """The rows of a stretch in which all is a number."""
+    time = np.asarray(stretch.time, dtype=float)
+    columns = [np.broadcast_to(np.asarray(values, dtype=float), time.shape) for values in stretch]
+    known = np.isfinite(columns).all(axis=0)
+    return Stretch(*(values[known] for values in columns))
+
+
+def _swing(known: Stretch) -> float:
+    """The standard deviation of the speed over the set speed."""
+    error = _level(known.time, known.speed - known.set_speed)
+    return float(np.std(error) / max(float(np.abs(known.set_speed).max()), 1e-9))
+
+
+def _parts(known: Stretch, period: float) -> Iterator[_Part]:
+    """The parts of a stretch without gaps that are long enough. The trend of both signals is
+    what an offset of the set speed and a drift of the string add."""
+    grids = (_grid(known.speed), _grid(known.torque))
+    steps = np.diff(known.time)
+    gaps = np.flatnonzero(steps > max(GAP * float(np.median(steps)), GAP_PERIODS * period)) + 1
+    error = known.speed - known.set_speed
+    for rows in np.split(np.arange(len(known.time)), gaps):
+        time = known.time[rows]
+        if len(rows) >= LEAST_ROWS and time[-1] - time[0] >= LEAST_PERIODS * period:
+            yield _Part(time, _level(time, error[rows]), _level(time, known.torque[rows]), grids)
 
 
 def _level(time: Array, values: Array) -> Array:
@@ -268,11 +282,12 @@ def _grid(values: Array) -> float:
     return float(steps.min()) if 0 < len(steps) < len(values) / 2 else 0.0
 
 
-def _fundamental(part: _Part) -> float:
+def _fundamental(known: Stretch) -> float:
     """The period [s] at which the speed swings most."""
-    even = np.linspace(part.time[0], part.time[-1], len(part.time))
-    power = np.abs(np.fft.rfft(np.hanning(len(even)) * np.interp(even, part.time, part.speed))) ** 2
-    return float(part.span / (int(np.argmax(power[2:])) + 2))
+    even = np.linspace(known.time[0], known.time[-1], len(known.time))
+    error = _level(known.time, known.speed - known.set_speed)
+    power = np.abs(np.fft.rfft(np.hanning(len(even)) * np.interp(even, known.time, error))) ** 2
+    return float((even[-1] - even[0]) / (int(np.argmax(power[2:])) + 2))
 
 
 def _spectra(parts: Sequence[_Part], period: float) -> _Spectra:
@@ -371,6 +386,21 @@ def _places(powers: Sequence[Array], floors: Sequence[float]) -> list[slice]:
     return found
 
 
+def _missing(spectra: _Spectra, gain: Array) -> list[float]:
+    """The periods [s] of harmonics of the torque at which the speed has much less than a law
+    of this gain [bins] needs, though its noise would let it be seen. What is slower than the
+    swing may be a drift of the torque."""
+    speed, torque = (np.mean(np.abs(one) ** 2, axis=0) for one in (spectra.speed[0], spectra.torque))
+    floor = _floor(speed) + (GRID_ERROR * spectra.grids[0]) ** 2
+    found = []
+    for line in _places((torque, speed), (_floor(torque), 0.0)):
+        needed = float(np.sum(torque[line] / gain[line] ** 2))
+        harmonic = line.start > int(np.argmax(speed))
+        if harmonic and needed > MISSING * float(speed[line].sum()) + ABOVE_NOISE * floor * len(speed[line]):
+            found.append(float(2.0 * np.pi / spectra.frequency[line][np.argmax(torque[line])]))
+    return sorted(found)
+
+
 def _law(numbers: Array, frequency: Array, inertia: bool) -> Array:
     s = 1j * frequency
     gains = numbers[0] + numbers[1] / s + (numbers[2] * s if inertia else 0.0)
@@ -432,7 +462,7 @@ def _fit(lines: _Lines, inertia: bool, model: float, starts: Sequence[Array]) ->
     covariance = covariance + _spread(best.x, [(one.x, math.exp(best.cost - one.cost)) for one in usable])
     numbers = best.x * scale
     left = _law(numbers, frequency, inertia) / lines.ratio - 1.0
-    return _Fit(numbers, covariance * np.outer(scale, scale), left)
+    return _Fit(numbers, covariance * np.outer(scale, scale), left, model)
 
 
 def _slopes(numbers: Array, frequency: Array, inertia: bool) -> Array:
@@ -452,6 +482,31 @@ def _spread(best: Array, others: Sequence[tuple[Array, float]]) -> Array:
     whole = sum(weight for _, weight in apart)
     spread: Array = np.sum([weight / whole * np.outer(one - best, one - best) for one, weight in apart], axis=0)
     return spread
+
+
+def _of_the_log(fit: _Fit, error: float, missing: Sequence[float]) -> list[str]:
+    """Why the log is not one of the law with a little delay and smoothing, whose standard
+    error of delay is ``error``."""
+    delay, smoothing = fit.numbers[-2:].tolist()
+    if missing:
+        listed = ", ".join(f"{one:.3g} s" for one in missing)
+        return [f"the torque swings at periods of {listed}, and the speed less than the law needs: it seems smoothed"]
+    if fit.model > MOST_MODEL_ERROR:
+        return [
+            f"the ratios of torque to speed are off the law by {100 * fit.model:.2g} %, more than "
+            f"{100 * MOST_MODEL_ERROR:g} %: one of both seems to be filtered, or the drive has another law"
+        ]
+    if abs(delay) > 2.0 * DELAY_PRIOR + error:
+        late, other = ("torque", "speed") if delay > 0 else ("speed", "torque")
+        return [f"the {late} seems to be {abs(delay):.2g} s later than the {other}, more than can be corrected"]
+    if abs(smoothing) > MOST_SMOOTHING:
+        smooth, other = ("torque", "speed") if smoothing > 0 else ("speed", "torque")
+        mean = math.sqrt(24.0 * abs(smoothing))  # exp(beta s^2) is nearly the mean over this time
+        return [
+            f"the {smooth} seems to be smoothed over {mean:.2g} s or more and the {other} not, which can be corrected "
+            f"up to {math.sqrt(24.0 * MOST_SMOOTHING):.2g} s"
+        ]
+    return []
 
 
 def _doubts(lines: _Lines, values: Sequence[float], errors: Sequence[float], share: float) -> list[str]:
