@@ -168,6 +168,7 @@ REFUSED = {
     "rounded to 10 rpm": (lambda log: log._replace(speed=np.round(log.speed / RPM / 10) * RPM * 10), ""),
     "a sample in 2 s": (lambda log: Stretch(*(one[::20] for one in log[:3]), log.set_speed), "+-"),
     "a sample in 3 s": (lambda log: Stretch(*(one[::30] for one in log[:3]), log.set_speed), "a single period"),
+    "no torque": (lambda log: log._replace(torque=np.full_like(log.torque, 5000.0)), "does not follow"),
     "torque of another log": (lambda log: log._replace(torque=log.torque[::-1]), "does not follow"),
 }
 
@@ -180,13 +181,15 @@ def test_a_log_that_is_not_one_of_the_law_is_refused_with_the_reason(rig, name):
     assert reason in " ".join(found.doubts)
 
 
-@pytest.mark.parametrize("lost", ["some rows", "a gap", "rows without numbers"])
+@pytest.mark.parametrize("lost", ["some rows", "a gap", "rows without numbers", "times twice"])
 def test_rows_that_are_missing_change_nothing(rig, lost):
     chance = np.random.default_rng(2).random(len(rig.time))
     kept = np.abs(rig.time - 180.0) > 8.0 if lost == "a gap" else chance > 0.3
     log = Stretch(*(one[kept] for one in rig[:3]), rig.set_speed)
     if lost == "rows without numbers":
         log = rig._replace(torque=np.where(kept, rig.torque, np.nan))
+    if lost == "times twice":
+        log = rig._replace(time=np.repeat(rig.time[::2], 2)[: len(rig.time)])
     found = gains_of_drive([log], inertia=True)
     assert found.sure
     for (gain, value), error in zip(TRUTH.items(), found.errors, strict=True):

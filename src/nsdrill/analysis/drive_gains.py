@@ -203,11 +203,11 @@ def gains_of_drive(stretches: Sequence[Stretch], *, inertia: bool = False) -> Dr
     period = _fundamental(max(known, key=lambda one: float(one.time[-1] - one.time[0])))
     parts = [part for one in known for part in _parts(one, period)]
     if not parts:
-        slow = f"the speed swings once in {period:.3g} s, and a stretch needs {LEAST_PERIODS:g} periods"
+        slow = f"the speed swings once in {period:.3g} s, and no stretch without a gap has {LEAST_PERIODS:g} periods"
         return _none(inertia, rows, slow)
     spectra = _spectra(parts, period)
     lines = _lines(spectra, None, inertia)
-    if not len(lines.frequency):
+    if not len(lines.frequency) or not any(np.ptp(one.torque) for one in known):
         alone = "the torque does not follow from the speed: no period rises above the noise of both"
         return _none(inertia, rows, alone)
     if len(lines.frequency) == 1:
@@ -243,10 +243,11 @@ def _found(lines: _Lines, fit: _Fit, inertia: bool, rows: int, missing: Sequence
 
 
 def _known(stretch: Stretch) -> Stretch:
-    """The rows of a stretch in which all is a number."""
+    """The rows of a stretch in which all is a number and time goes on."""
     time = np.asarray(stretch.time, dtype=float)
     columns = [np.broadcast_to(np.asarray(values, dtype=float), time.shape) for values in stretch]
-    known = np.isfinite(columns).all(axis=0)
+    known = np.flatnonzero(np.isfinite(columns).all(axis=0))
+    known = known[np.diff(np.maximum.accumulate(time[known]), prepend=-np.inf) > 0.0]
     return Stretch(*(values[known] for values in columns))
 
 
@@ -293,7 +294,7 @@ def _fundamental(known: Stretch) -> float:
 def _spectra(parts: Sequence[_Part], period: float) -> _Spectra:
     """The spectra of windows that overlap by a half."""
     length = min(WINDOW_PERIODS * period, *(one.span for one in parts))
-    step = max(float(np.median(np.diff(one.time))) for one in parts)
+    step = max(one.span / (len(one.time) - 1) for one in parts)
     bins = np.arange(HALF_WIDTH, int(min(HARMONICS * length / period, 0.5 * length / step)))
     frequency = 2.0 * np.pi * bins / length
     pairs = [pair for one in parts for pair in _windows(one, length, frequency)]
