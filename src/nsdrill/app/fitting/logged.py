@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.cycles import LIKENESS, SAMPLES, SCATTER, SWING, Cycles, cycles_of
-from nsdrill.analysis.drive_gains import LEAST_ROWS, Stretch, gains_of_drive
+from nsdrill.analysis.drive_gains import LEAST_ROWS, LEAST_SWING, SAMPLES_OF_LINES, Stretch, gains_of_drive
 from nsdrill.app.fitting.names import PERIOD
 from nsdrill.data import Array
 from nsdrill.errors import count, option
@@ -44,7 +44,17 @@ def of_stretches(
         if np.isfinite(periods).any():
             features[PERIOD] = periods
         notes = _of_periods(name, found, periods)
-    return features, [*notes, *_drive(time, signals, settings, kept)]
+    parts = _of_top(time, signals, settings, kept)
+    if parts and 0.0 < shortest < SAMPLES_OF_LINES * step:
+        notes.append(
+            f"no gains of the drive: the log has a sample every {step:.4g} s, and the torsional period of the study is "
+            f"{shortest:.4g} s at the shortest; its harmonic needs a sample every {shortest / SAMPLES_OF_LINES:.2g} s "
+            "or more often"
+        )
+    elif parts:
+        gains = gains_of_drive(parts, inertia=True)
+        notes += [*gains.sentences(), *([f"As a study has them: {gains.study()}"] if gains.sure else [])]
+    return features, notes
 
 
 def _of_periods(name: str, found: Sequence[Cycles], periods: Array) -> list[str]:
@@ -78,18 +88,16 @@ def _of_periods(name: str, found: Sequence[Cycles], periods: Array) -> list[str]
     return notes
 
 
-def _drive(
+def _of_top(
     time: Array, signals: Mapping[str, Array], settings: Mapping[str, Array], kept: Sequence[tuple[int, int]]
-) -> list[str]:
-    """The gains of the drive, where the log has them: from the swing of the top about its
-    mean speed in each stretch."""
+) -> list[Stretch]:
+    """The stretches with torque and speed of the top, which has its mean there as set
+    speed. A log whose only speed is a set speed that is held says nothing of a drive."""
     speed, torque = signals.get("drive_speed", settings.get("rotary_speed")), signals.get("surface_torque")
     if speed is None or torque is None:
         return []
     parts = [
         Stretch(time[a:b], speed[a:b], torque[a:b], float(speed[a:b].mean())) for a, b in kept if b - a >= LEAST_ROWS
     ]
-    if not parts:
-        return []
-    found = gains_of_drive(parts, inertia=True)
-    return [*found.sentences(), f"As a study has them: {found.study()}"] if found.sure else []
+    held = all(part.speed.std() < LEAST_SWING * abs(part.speed.mean()) for part in parts)
+    return [] if held and "drive_speed" not in signals else parts
