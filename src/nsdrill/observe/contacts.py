@@ -54,7 +54,7 @@ SHORTEST = 2.0**-26  # part of a step; if that is too long, the deviation is unk
 # itself, and not all too small a part of the tolerance, as what rounding leaves of a rest.
 OF_CHANGE = 0.01
 OF_SLOPE = 1e-5
-OF_TOLERANCE = 0.01
+OF_TOLERANCE = DEVIATION_ERROR
 # Over half a step the difference of what does not jump falls to an eighth, over a quarter to
 # 1/64; that of a jump keeps more than these, until the parts resolve it.
 OF_WHOLE, OF_PART = 0.15, 0.0225
@@ -390,6 +390,8 @@ def make_landing(
     if not contacts and rows.judged:
         return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
+    # In implicit parts next to a contact the slope at the start may differ from the rest for good.
+    seeks = not (rows.implicit and contacts)
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
@@ -402,8 +404,10 @@ def make_landing(
     def correct(b, s, i):
         crossings, is_inexact, has_jump = find_zeros(b, s, i), False, False
         if watched:
-            is_inexact = squared_error(b, i) > 1.0
-            has_jump = jumps(b, i)
+            error = squared_error(b, i)
+            is_inexact = error > 1.0
+            # A deviation that is lost stays lost, in whatever parts.
+            has_jump = seeks and error == error and jumps(b, i)
             keep(b, i, s)
         if crossings > 0 or is_inexact or has_jump or not b[step_ + i] > 0.0:
             repeat_step(b, s, i, crossings, has_jump)
@@ -422,8 +426,10 @@ def make_landing(
                 g1, d1 = b[end_ + k + i], b[end_ + W + k + i]
                 needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
             if watched:
-                needs_correction |= squared_error(b, i) > 1.0
-                needs_correction |= jumps(b, i)
+                error = squared_error(b, i)
+                needs_correction |= error > 1.0
+                if seeks:
+                    needs_correction |= error == error and jumps(b, i)
             due |= (1 << i) if needs_correction and b[moves_ + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)
