@@ -34,6 +34,39 @@ def test_an_explicit_step_resolves_a_slope_between_its_stages(script, name, smoo
     assert found.lyapunov_exponent.item() == pytest.approx(TRUE, abs=3e-4)
 
 
+@pytest.mark.parametrize(("smoothing", "off"), [(1e3, 1e-4), (1e5, 3e-4), (1e6, 6e-4), (1e7, 6e-4)])
+def test_so_do_the_stages_of_an_implicit_step(script, smoothing, off):
+    module = script(CROSSING, f"implicit_{smoothing:.0f}")
+    found = run(module.steep, smoothing=smoothing, method="implicit")
+    assert found.lyapunov_exponent.item() == pytest.approx(TRUE, abs=off)
+
+
+# Friction of 0.05 is some 2 % of the force where the slip changes its sign. The same references,
+# and that of an oscillator with a spring beyond 0.8 that integrates both equations.
+SMALL = """@nsdrill.model
+def small(t, x=0.1, v=0.0, *, mu=0.05, stiff=0.0):
+    closed = nsdrill.touching("wall", x - 0.8)
+    return v, np.cos(1.3 * t) - x - 0.02 * v - mu * np.tanh(1e5 * v) - stiff * closed
+
+
+@nsdrill.model
+def free(t, x=0.1, v=0.0, *, mu=0.05):
+    return v, np.cos(1.3 * t) - x - 0.02 * v - mu * np.tanh(1e5 * v)
+"""
+
+
+@pytest.mark.parametrize(("mu", "true"), [(0.001, -0.010169), (0.01, -0.011692), (0.05, -0.018497)])
+def test_friction_that_is_small_beside_the_force_is_seen(script, mu, true):
+    found = run(script(SMALL, f"small_{1000 * mu:.0f}").free, mu=mu)
+    assert found.lyapunov_exponent.item() == pytest.approx(true, rel=0.005)
+
+
+@pytest.mark.parametrize(("mu", "true"), [(0.02, -0.012348), (0.1, -0.021957)])
+def test_a_slope_beside_a_contact_is_seen(script, mu, true):
+    found = run(script(SMALL, f"beside_{1000 * mu:.0f}").small, mu=mu, stiff=1.0)
+    assert found.lyapunov_exponent.item() == pytest.approx(true, rel=0.005)
+
+
 def test_the_motion_is_that_without_the_exponent(script):
     model, given = script(CROSSING, "same_motion").by_hand, {"smoothing": 1e7, "transient": 20, "observe": 40}
     with_one, without = (

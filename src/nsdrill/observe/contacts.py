@@ -197,7 +197,7 @@ def _jumps_in(lanes: int, rows: Layout, pair: Pair, sizes: int) -> tuple[Callabl
     the step of lane i; ``keep(b, i, s)``, which writes from ``s[sizes]`` on how much of its
     difference each slope that may jump has to keep in a part; and ``lasts(s, part)``, whether
     one does in this part of a step in the buffer ``s`` of one lane."""
-    scale_, per_rtol_ = rows.scale, rows.control + CONTROL.index("per_rtol")
+    step_, scale_, per_rtol_ = rows.step, rows.scale, rows.control + CONTROL.index("per_rtol")
     stages, weights = _difference(pair)
     every = (*slope_rows(pair, rows), rows.acceleration)
     slopes_ = tuple(every[n] for n in stages)
@@ -222,7 +222,7 @@ def _jumps_in(lanes: int, rows: Layout, pair: Pair, sizes: int) -> tuple[Callabl
         for n in range(1, len(weights)):
             slope = b[(slopes_[n] + j) * W + i]
             low, high = min(low, slope), max(high, slope)
-        tolerances = size * b[rows.step * W + i] * b[per_rtol_ * W + i]
+        tolerances = size * b[step_ * W + i] * b[per_rtol_ * W + i]
         return (
             (size > OF_CHANGE * (high - low))
             & (size > OF_SLOPE * max(abs(low), abs(high)))
