@@ -185,7 +185,7 @@ def _difference(pair: Pair) -> tuple[tuple[int, ...], tuple[float, ...]]:
     that lies, by at least the jump itself: the embedded error may have no weight there."""
     times = (0.0, *pair.times)
     inside = {time: n for n, time in enumerate(times) if 0.0 < time < 1.0}
-    nearest = {min(inside, key=lambda time, at=third / 3: abs(time - at)) for third in (1, 2)} if inside else set()
+    nearest = {min((abs(time - third / 3), time) for time in inside)[1] for third in (1, 2)} if inside else set()
     nodes = [0.0, *sorted(nearest), 1.0]
     weights = [1.0 / math.prod(one - other for other in nodes if other != one) for one in nodes]
     least = min(abs(total) for total in accumulate(weights[:-1]))
