@@ -377,7 +377,14 @@ def _repeat_step(
 
 
 def make_landing(
-    lanes: int, rows: Layout, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
+    lanes: int,
+    rows: Layout,
+    pair: Pair,
+    first: int,
+    measure: LaneFunction,
+    tangent: LaneFunction,
+    contacts: int,
+    seeks_jumps: bool,
 ) -> LaneFunction:
     """The compiled observer that corrects the deviations, which are the tangent states.
 
@@ -385,13 +392,13 @@ def make_landing(
     writes the contact functions and their rates at the end of the step to the second
     half of them. The right-hand side ``tangent(b)``, of one lane, takes a contact as
     closed if the value in the first half is positive. ``pair`` has the numbers of the
-    run's stepper.
+    run's stepper. Jumps of slopes are looked for where it ``seeks_jumps``.
     """
     if not contacts and rows.judged:
         return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
     # In implicit parts next to a contact the slope at the start may differ from the rest for good.
-    seeks = not (rows.implicit and contacts)
+    seeks = seeks_jumps and not (rows.implicit and contacts)
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
@@ -407,8 +414,9 @@ def make_landing(
             error = squared_error(b, i)
             is_inexact = error > 1.0
             # A deviation that is lost stays lost, in whatever parts.
-            has_jump = seeks and error == error and jumps(b, i)
-            keep(b, i, s)
+            if seeks:
+                has_jump = error == error and jumps(b, i)
+                keep(b, i, s)
         if crossings > 0 or is_inexact or has_jump or not b[step_ + i] > 0.0:
             repeat_step(b, s, i, crossings, has_jump)
 
