@@ -335,10 +335,15 @@ def of_scales(study: Study, points: Sequence[Values] = ()) -> list[str]:
 
 
 def inexact_exponent(study: Study) -> str:
-    """The warning of an exponent of a script's model with friction so steep that implicit
-    steps pass its slope; empty where there is none. Explicit ones resolve it."""
-    model = model_named(study.model.name)
-    if not isinstance(model, function_model.FunctionModel) or not study.record.exponent:
+    """The warning of an exponent that the steps may make wrong: of what the checks of a model
+    tell, and of a script's model with contacts and with friction so steep that implicit steps
+    pass its slope, which all others resolve. Empty where there is none."""
+    model, checks = model_named(study.model.name), checks_of(study.model)
+    if not study.record.exponent:
+        return ""
+    if (of_model := getattr(checks, "inexact_exponents", None)) is not None:
+        return str(of_model(study, _corners(study)) or "")
+    if not isinstance(model, function_model.FunctionModel) or not model.contacts:
         return ""
     method = study.simulation.method
     implicit = [at for at in _corners(study) if friction.implicit(method, study.model, at).any()]

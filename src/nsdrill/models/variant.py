@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 BIT_SPEED = "bit_speed"  # the state that may stick
 LEAST_VELOCITY, SMALL_VELOCITY = 1e-15, 1e-6  # of a law that is smooth the first is nothing beside the second
 
+# operations that make no slope steeper than their arguments and numbers are
+NEVER_STEEP = frozenset({"const", "fixed", "input", "add", "sub", "mul", "neg", "fma", "sin", "cos"})
+
 
 @lru_cache(maxsize=512)
 def variant_of(model: Model, options: tuple[int, ...] = ()) -> Variant:
@@ -190,6 +193,15 @@ class Variant:
         contact functions at the start of the step are in the observer's rows, from
         ``place`` on."""
         return self.motion.tangent(lanes, self.rows(tangent=True), place)
+
+    @cached_property
+    def seeks_jumps(self) -> bool:
+        """Whether slopes may change in layers thinner than a step, for which deviations look: those of a script's
+        model whose equations are more than polynomials and harmonics. Steps resolve those of strings that drill; of
+        their explicit ones without contacts these are looked for all the same."""
+        if self.model.description.drills:
+            return not self.model.contacts and not self.rows(tangent=True).implicit
+        return any(node.op not in NEVER_STEEP for node in graph_of(self.motion)[0].nodes)
 
     def contact_functions(self, lanes: int, place: int) -> Any:
         """Those of the gaps of the model's contacts."""

@@ -31,6 +31,7 @@ explicit method, of a model without contacts.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import accumulate
@@ -48,12 +49,15 @@ MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
 DEVIATION_ERROR = 30.0
 LITTLE = 2.0**-10  # squared, of parts that may be twice as long in a pair of order 5
-SHORTEST = 2.0**-20  # part of a step; if that is too long, the deviation is unknown
-# A slope jumps where its embedded error is above this share of its change, and of itself,
-# and not all too small a part of the tolerance, as what rounding leaves of a rest.
-OF_CHANGE = 0.5
-OF_SLOPE = 0.05
-OF_TOLERANCE = 1e-3
+SHORTEST = 2.0**-26  # part of a step; if that is too long, the deviation is unknown
+# A slope jumps where its difference over a step is above this share of its variation, and of
+# itself, and not all too small a part of the tolerance, as what rounding leaves of a rest.
+OF_CHANGE = 0.01
+OF_SLOPE = 1e-5
+OF_TOLERANCE = DEVIATION_ERROR
+# Over half a step the difference of what does not jump falls to an eighth, over a quarter to
+# 1/64; that of a jump keeps more than these, until the parts resolve it.
+OF_WHOLE, OF_PART = 0.15, 0.0225
 
 
 def landing_rows(contacts: int) -> int:
@@ -63,9 +67,9 @@ def landing_rows(contacts: int) -> int:
 
 
 def scratch_size(rows: Layout, contacts: int) -> int:
-    """The number of entries at the end of the store: the buffer of one lane, and the
-    zeros of the contact functions."""
-    return rows.total + MAX_ZEROS * contacts
+    """The number of entries at the end of the store: the buffer of one lane, the zeros of
+    the contact functions, and what is kept of jumps of slopes."""
+    return rows.total + MAX_ZEROS * contacts + rows.own_slopes
 
 
 def _square(weights: Matrix) -> np.ndarray:
@@ -175,38 +179,77 @@ def _error_of(lanes: int, rows: Layout, pair: Pair) -> Callable[..., float]:
     return squared_error
 
 
-def _jumps_in(lanes: int, rows: Layout, pair: Pair) -> Callable[..., bool]:
-    """The function ``jumps(b, i, h)`` of an explicit step of lane i, or of a part of one of
-    length ``h``: whether a slope of the motion jumps in it, by the constants above; it is
-    written out."""
-    W, slopes_ = lanes, tuple(lanes * row for row in (*slope_rows(pair, rows), rows.acceleration))
-    scale_, per_rtol_, weights = W * rows.scale, W * (rows.control + CONTROL.index("per_rtol")), pair.error
-    # A jump between two stages leaves at least so much of itself in the error.
-    left = min(abs(total) for total in accumulate(weights[:-1]) if abs(total) > 1e-9)
-    of_change, of_slope = OF_CHANGE * left, OF_SLOPE * left
+def _difference(pair: Pair) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """The stages, the first 0, and the weights of their slopes in a divided difference over the
+    step, of third order if the pair has two nodes inside. It sees a jump wherever in the step
+    that lies, by at least the jump itself: the embedded error may have no weight there."""
+    times = (0.0, *pair.times)
+    inside = {time: n for n, time in enumerate(times) if 0.0 < time < 1.0}
+    nearest = {min((abs(time - third / 3), time) for time in inside)[1] for third in (1, 2)} if inside else set()
+    nodes = [0.0, *sorted(nearest), 1.0]
+    weights = [1.0 / math.prod(one - other for other in nodes if other != one) for one in nodes]
+    least = min(abs(total) for total in accumulate(weights[:-1]))
+    return (0, *(inside[node] for node in nodes[1:-1]), len(times) - 1), tuple(one / least for one in weights)
+
+
+def _jumps_in(lanes: int, rows: Layout, pair: Pair, sizes: int) -> tuple[Callable[..., bool], ...]:
+    """Functions that are written out: ``jumps(b, i)``, whether a slope of the motion may jump in
+    the step of lane i; ``keep(b, i, s)``, which writes from ``s[sizes]`` on how much of its
+    difference each slope that may jump has to keep in a part; and ``lasts(s, part)``, whether
+    one does in this part of a step in the buffer ``s`` of one lane."""
+    step_, scale_, per_rtol_ = rows.step, rows.scale, rows.control + CONTROL.index("per_rtol")
+    stages, weights = _difference(pair)
+    every = (*slope_rows(pair, rows), rows.acceleration)
+    slopes_ = tuple(every[n] for n in stages)
     parts = tuple(
-        (W * (state + order * k + order - 1), W * (slope + k))
-        for order, count, state, slope in rows.blocks
-        for k in range(count if state < rows.own else 0)
+        enumerate(
+            (state + order * k + order - 1, slope + k)
+            for order, count, state, slope in rows.blocks
+            for k in range(count if state < rows.own else 0)
+        )
     )
 
     @inlined
-    def jumps(b, i, h):
+    def difference(b, i, W, j):
+        total = 0.0
+        for n in range(len(weights)):
+            total += weights[n] * b[(slopes_[n] + j) * W + i]
+        return abs(total)
+
+    @inlined
+    def may_jump(b, i, W, state, j, size):
+        low = high = b[(slopes_[0] + j) * W + i]
+        for n in range(1, len(weights)):
+            slope = b[(slopes_[n] + j) * W + i]
+            low, high = min(low, slope), max(high, slope)
+        tolerances = size * b[step_ * W + i] * b[per_rtol_ * W + i]
+        return (
+            (size > OF_CHANGE * (high - low))
+            & (size > OF_SLOPE * max(abs(low), abs(high)))
+            & (tolerances > OF_TOLERANCE * b[(scale_ + state) * W + i])
+        )
+
+    @inlined
+    def jumps(b, i):
         found = False
-        for state, j in parts:
-            error = 0.0
-            for n in range(len(weights)):
-                error += weights[n] * b[slopes_[n] + j + i]
-            first, last = b[slopes_[0] + j + i], b[slopes_[-1] + j + i]
-            size, change, slope = abs(error), abs(last - first), max(abs(first), abs(last))
-            found |= (
-                (size > of_change * change)
-                & (size > of_slope * slope)
-                & (size * h * b[per_rtol_ + i] > OF_TOLERANCE * b[scale_ + state + i])
-            )
+        for _, (state, j) in parts:
+            found |= may_jump(b, i, lanes, state, j, difference(b, i, lanes, j))
         return found
 
-    return jumps
+    @inlined
+    def keep(b, i, s):
+        for k, (state, j) in parts:
+            size = difference(b, i, lanes, j)
+            s[sizes + k] = size if may_jump(b, i, lanes, state, j, size) else np.inf
+
+    @inlined
+    def lasts(s, part):
+        found, share = False, OF_WHOLE if part > 0.3 else OF_PART
+        for k, (_, j) in parts:
+            found |= difference(s, 0, 1, j) > share * s[sizes + k]
+        return found
+
+    return jumps, keep, lasts
 
 
 def _find_zeros(lanes: int, rows: Layout, first: int, contacts: int) -> Callable[..., int]:
@@ -266,7 +309,7 @@ def _repeat_step(
         (rows.control, len(CONTROL)),
     )
     part_of_step, squared_error = _part_of_step(rows, pair, tangent), _error_of(1, rows, pair)
-    jumps = _jumps_in(1, rows, pair)
+    _, _, lasts = _jumps_in(1, rows, pair, zeros + MAX_ZEROS * contacts)
 
     @inlined
     def repeat_step(b, s, i, crossings, has_jump):
@@ -285,7 +328,7 @@ def _repeat_step(
                         contact_zero = k
                 end = s[zeros + contact_zero]
                 s[zeros + contact_zero] = NO_ZERO
-            part, is_inside = end - theta, True
+            part, is_inside = (0.5 if has_jump else 1.0) * (end - theta), True
             while is_inside:
                 s[step] = h * part
                 part_of_step(s)
@@ -294,7 +337,7 @@ def _repeat_step(
                     if not implicit:
                         tangent(s)
                     error = squared_error(s, 0)
-                    if not implicit and has_jump and jumps(s, 0, h):
+                    if has_jump and lasts(s, part):
                         error = np.inf
                 if is_known and not error <= 1.0 and part > SHORTEST:
                     part *= 0.5
@@ -334,7 +377,14 @@ def _repeat_step(
 
 
 def make_landing(
-    lanes: int, rows: Layout, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
+    lanes: int,
+    rows: Layout,
+    pair: Pair,
+    first: int,
+    measure: LaneFunction,
+    tangent: LaneFunction,
+    contacts: int,
+    seeks_jumps: bool,
 ) -> LaneFunction:
     """The compiled observer that corrects the deviations, which are the tangent states.
 
@@ -342,26 +392,31 @@ def make_landing(
     writes the contact functions and their rates at the end of the step to the second
     half of them. The right-hand side ``tangent(b)``, of one lane, takes a contact as
     closed if the value in the first half is positive. ``pair`` has the numbers of the
-    run's stepper.
+    run's stepper. Jumps of slopes are looked for where it ``seeks_jumps``.
     """
     if not contacts and rows.judged:
         return unobserved()[0]
     W, step_, moves_, watched = lanes, lanes * rows.step, lanes * rows.moves, not rows.judged
-    is_steep = not rows.implicit and not contacts  # where contacts change, slopes have kinks of their own
+    # In implicit parts next to a contact the slope at the start may differ from the rest for good.
+    seeks = seeks_jumps and not (rows.implicit and contacts)
     start_ = W * (rows.observer + first)
     width = W * RATES * contacts
     end_, scratch = start_ + width, scratch_size(rows, contacts)
     find_zeros = _find_zeros(lanes, rows, first, contacts)
     repeat_step = _repeat_step(lanes, rows, pair, first, tangent, contacts)
-    squared_error, jumps = _error_of(lanes, rows, pair), _jumps_in(lanes, rows, pair)
+    squared_error = _error_of(lanes, rows, pair)
+    jumps, keep, _ = _jumps_in(lanes, rows, pair, rows.total + MAX_ZEROS * contacts)
 
     @compiled(BUFFER, BUFFER, INTEGER)
     def correct(b, s, i):
         crossings, is_inexact, has_jump = find_zeros(b, s, i), False, False
         if watched:
-            is_inexact = squared_error(b, i) > 1.0
-            if is_steep:
-                has_jump = jumps(b, i, b[step_ + i])
+            error = squared_error(b, i)
+            is_inexact = error > 1.0
+            # A deviation that is lost stays lost, in whatever parts.
+            if seeks:
+                has_jump = error == error and jumps(b, i)
+                keep(b, i, s)
         if crossings > 0 or is_inexact or has_jump or not b[step_ + i] > 0.0:
             repeat_step(b, s, i, crossings, has_jump)
 
@@ -379,9 +434,10 @@ def make_landing(
                 g1, d1 = b[end_ + k + i], b[end_ + W + k + i]
                 needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
             if watched:
-                needs_correction |= squared_error(b, i) > 1.0
-                if is_steep:
-                    needs_correction |= jumps(b, i, b[step_ + i])
+                error = squared_error(b, i)
+                needs_correction |= error > 1.0
+                if seeks:
+                    needs_correction |= error == error and jumps(b, i)
             due |= (1 << i) if needs_correction and b[moves_ + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)

@@ -323,7 +323,7 @@ def _parts(variant: Variant, lanes: int, rows: Layout) -> Compiled:
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = variant.contact_functions(lanes, RATES * contacts)
-    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, variant.tangent(1, 0), contacts)
+    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, variant.tangent(1, 0), contacts, False)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 

@@ -396,7 +396,7 @@ def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunc
     observer, marker = variant.observer(lanes, tangent=True, others=_deviation_rows(variant))
     measure = variant.contact_functions(lanes, place + RATES * contacts)
     tangent = variant.tangent(1, place)
-    landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts)
+    landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts, variant.seeks_jumps)
     growth, growth_marker = make_growth(lanes, rows, variant.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 

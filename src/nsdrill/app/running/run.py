@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.doubts import notes_of_run, used_by_notes
-from nsdrill.app.check import check_large, check_memory, disk, memory
+from nsdrill.app.check import check_large, check_memory, disk, inexact_exponent, memory
 from nsdrill.app.conversion import is_whole
 from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
 from nsdrill.app.running.grouping import write_attractors
@@ -35,7 +35,7 @@ from nsdrill.app.running.stages import (
     work_of,
 )
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
-from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, again, option
+from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, RunWarning, again, option, warn
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
@@ -113,6 +113,8 @@ def run_in_memory(
     place = place_of(device, experiment, workers, remote=executor is not None)
     log = MemoryLog(header_of(experiment, place), experiment.plan.points, experiment.contents)
     _run_missing(experiment, log, workers, watch, executor, place, priced=priced)
+    if told := inexact_exponent(study):
+        warn(told, RunWarning)
     return collect(_results(experiment, log))
 
 

@@ -282,7 +282,6 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         _another_hole(on_surface, format_value),
         _off_bottom(corners),
         _unmoved(corners),
-        _inexact_exponents(study, corners),
     ]
 
 
@@ -311,7 +310,7 @@ def _unloaded(corners: list[Values]) -> str | None:
     )
 
 
-def _inexact_exponents(study: Any, corners: list[Values]) -> str | None:
+def inexact_exponents(study: Any, corners: list[Values]) -> str | None:
     """The warning of exponents of a bit under steep torques, whose deviation the implicit
     steps do not follow as closely as its motion."""
     if not study.record.exponent:
