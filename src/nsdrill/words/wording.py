@@ -314,9 +314,9 @@ class Words:
         told = trial_words.disturbed(self.advice.trials, self.verbs_of)
         after = f"; {told}" if told else ""
         if self.is_of_starts:
-            told = ((self.free, self.within()), ("free", self.within()), ("free", self.ends(self.along)))
-            begin = [f"Run at {self.setting()}: {free} from {self._percent()}, at {within}" for free, within in told]
-            return first_short(*(f"{text}{after}." for text in begin), f"{begin[0]}.")
+            limits = ((self.free, self.within()), ("free", self.within()), ("free", self.ends(self.along)))
+            begin = [f"Run at {self.setting()}: {free} from {self._percent()}, at {within}" for free, within in limits]
+            return first_short(*(f"{one}{after}." for one in begin), f"{begin[0]}.")
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
         return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
