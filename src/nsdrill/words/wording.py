@@ -315,8 +315,8 @@ class Words:
         after = f"; {told}" if told else ""
         if self.is_of_starts:
             limits = ((self.free, self.within()), ("free", self.within()), ("free", self.ends(self.along)))
-            begin = [f"Run at {self.setting()}: {free} from {self._percent()}, at {within}" for free, within in limits]
-            return first_short(*(f"{one}{after}." for one in begin), f"{begin[0]}.")
+            texts = [f"Run at {self.setting()}: {free} from {self._percent()}, at {within}" for free, within in limits]
+            return first_short(*(f"{one}{after}." for one in texts), f"{texts[0]}.")
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
         return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
