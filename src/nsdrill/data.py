@@ -300,13 +300,19 @@ def _word(attrs: Attributes, key: str, own: Any) -> Any:
         return None
 
 
+OF_TEXT = ("title", "model", "units")  # the keys of a resolved study that are no sections
+
+
 def resolved_study(attrs: Attributes) -> Resolved:
-    """The resolved study in the root attributes ``attrs``; empty if there is none."""
+    """The resolved study in the root attributes ``attrs``, without what is no section where another program has
+    written that; empty if there is none."""
     try:
         found = json.loads(attrs.get("study_resolved") or "{}")
     except (TypeError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    if not isinstance(found, dict):
+        return {}
+    return {key: value for key, value in found.items() if key in OF_TEXT or isinstance(value, dict)}
 
 
 def value_at(resolved: Resolved, key: str) -> Any:

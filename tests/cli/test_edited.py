@@ -220,3 +220,14 @@ def test_a_replay_and_a_spectrum_say_that_nothing_was_carried(call, shared):
     assert json.loads(call(f"spectrum failed.h5 {where} --duration 1s --json").out)["not_carried"] is True
     first = "--rotary-speed 1rad/s --procedure up"
     assert "NOT CARRIED" not in call(f"replay failed.h5 {first} -o first.h5").err
+
+
+def test_what_is_no_section_of_a_study_is_none(call, shared):
+    """Where another program has written it into the resolved study: answers go without, and no study is written."""
+    results = nsdrill.open_results(shared / "map.h5").load()
+    resolved = json.loads(results.attrs["study_resolved"])
+    nsdrill.save(results.assign_attrs(study_resolved=json.dumps({**resolved, "sweep": "x"})), "sweep.h5")
+    assert call("window sweep.h5").out
+    followed = {"along": True, "from": 1.0, "to": 2.0, "curves": None}
+    nsdrill.save(results.assign_attrs(study_resolved=json.dumps({**resolved, "continue": followed})), "along.h5")
+    assert "found True, which is no axis" in call("show along.h5 --study", code=2).err

@@ -3,7 +3,7 @@ where, from which seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import partial
 
 from nsdrill.data import Resolved
@@ -62,13 +62,16 @@ class Continuation:
     curves: Curves | None
 
 
-def continuation_of(resolved: Resolved) -> Continuation | None:
-    """The continuation in a resolved study, None where it has none. KeyError, TypeError
-    or ValueError for what is no resolved section."""
+def continuation_of(resolved: Resolved, axes: Container[str]) -> Continuation | None:
+    """The continuation in a resolved study whose numbers are ``axes``, None where it has none. KeyError,
+    TypeError or ValueError for what is no resolved section."""
     found = resolved.get(SECTION)
     if found is None:
         return None
     curves = found["curves"]
+    for key in (found["along"], *((curves["over"],) if curves else ())):
+        if key not in axes:
+            raise ValueError(f"{SECTION}: found {key!r}, which is no axis")
     made = curves and Curves(
         str(curves["over"]), float(curves["from"]), float(curves["to"]), tuple(curves["of"]), int(curves["points"])
     )

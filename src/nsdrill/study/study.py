@@ -213,7 +213,7 @@ def _made(resolved: Resolved, most: int) -> Study:
         resolved=resolved,
         sha256=digest(as_kept(resolved, model)),
         ramps=ramps,
-        continuation=continuation_of(resolved),
+        continuation=continuation_of(resolved, keys.axes),
         refine=sweep["refine"],
         refined=refined,
         more=tuple(_axis(keys.axes[axis], keys, resolved, axis) for axis in axes if axis not in AXES),
