@@ -30,7 +30,8 @@ COARSE = (40, 50, 60, 70, 80, 90, 100, 110, 120)
 FINE = (40, 57, 58, 59, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69, 90, 100, 110, 120, 130)
 ROOMY = "." * len(COARSE)
 SENTENCE = (
-    "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm. Steps of 10 rpm may jump across whirl at 59 to 68 rpm; trials tell."
+    "Hint only: 10 klbf and 80 rpm, 70 to 120 rpm, 5 to 25 klbf. Steps of 10 rpm may jump across whirl at 59 to 68 "
+    "rpm; trials tell."
 )
 
 

@@ -514,7 +514,7 @@ def test_where_the_bit_stalls_is_said():
     up = ["t....", "t....", "t....", "ttttt"]
     data = grid({"up": [up], "down": [up]}, SPEEDS[:5], WEIGHTS[:4])
     text, warned = said(data)
-    assert text.startswith("Bring up to 3 rad/s (28.6 rpm) off bottom, set 20 kN and ")
+    assert text.startswith("Bring up to 3 rad/s (28.6 rpm) off bottom, set 20 kN; stay at 2 to 5 rad/s ")
     assert "THE BIT STALLS at 8 points" in warned
     assert "Slower: at 1 rad/s (9.55 rpm) the bit stalls." in "\n".join(lines(find_window(data), "si"))
     narrow = grid({"up": [["..", "..", "tt"]]}, SPEEDS[:2], WEIGHTS[:3])

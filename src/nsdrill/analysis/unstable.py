@@ -31,8 +31,9 @@ def unstable(results: Results) -> Array:
     """Which of the runs that ended well rest or repeat, while a deviation from them grew over
     the observation, of one that repeats tenfold at least: bool on the grid. Nowhere in results
     without exponents."""
-    motion = motion_of(results.variables, results.attrs)
-    if motion is None or any(name not in results.variables for name in FOLLOWED[1:]):
+    has_exponent = all(name in results.variables for name in FOLLOWED[1:])
+    motion = motion_of(results.variables, results.attrs) if has_exponent else None
+    if motion is None:
         return np.zeros(results.shape, dtype=bool)
     exponent, error = (np.asarray(results[name]) for name in FOLLOWED[1:])
     found = is_unstable(motion, exponent, error, observed_for(results.attrs))

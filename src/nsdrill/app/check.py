@@ -338,9 +338,9 @@ def inexact_exponent(study: Study) -> str:
     """The warning of an exponent that the steps may make wrong: of what the checks of a model
     tell, and of a script's model with contacts and with friction so steep that implicit steps
     pass its slope, which all others resolve. Empty where there is none."""
-    model, checks = model_named(study.model.name), checks_of(study.model)
     if not study.record.exponent:
         return ""
+    model, checks = model_named(study.model.name), checks_of(study.model)
     if (of_model := getattr(checks, "inexact_exponents", None)) is not None:
         return str(of_model(study, _corners(study)) or "")
     if not isinstance(model, function_model.FunctionModel) or not model.contacts:

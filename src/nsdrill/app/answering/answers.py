@@ -40,7 +40,7 @@ from nsdrill.data import (
 from nsdrill.errors import FileError, Refusal
 from nsdrill.late import deferred
 from nsdrill.models.in_force import in_force, thresholds_in
-from nsdrill.models.registry import model_in, responses_in
+from nsdrill.models.registry import model_in
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
@@ -112,7 +112,8 @@ def plain_contrast(found: Answer, units: str) -> Answer:
 
 def of_labels(attrs: Attributes) -> tuple[str, ...]:
     """What the labels of runs are found of, in a file with these root attributes, where it is there."""
-    return (*used_by_labels(responses_in(attrs).values()), *resting(model_in(attrs)))
+    model = model_in(attrs)
+    return (*used_by_labels(model.critical.values()), *resting(model))
 
 
 def results_for_window(source: Source, severity: int | None = None, within: object = None) -> Results:
