@@ -54,7 +54,7 @@ class ModelParameters:
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return frozenset(key for reads in self.reads for key in reads.unread(self))
+        return frozenset().union(*[reads.unread(self) for reads in self.reads])
 
 
 P = TypeVar("P", bound=ModelParameters)
