@@ -312,7 +312,10 @@ def resolved_study(attrs: Attributes) -> Resolved:
         return {}
     if not isinstance(found, dict):
         return {}
-    return {key: value for key, value in found.items() if key in OF_TEXT or isinstance(value, dict)}
+    for key in [*found]:
+        if key not in OF_TEXT and not isinstance(found[key], dict):
+            del found[key]
+    return found
 
 
 def value_at(resolved: Resolved, key: str) -> Any:

@@ -38,7 +38,7 @@ class OperatingPoint(Checked):
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """The names of its values, in order."""
-        return tuple(item.name for item in fields(cls))
+        return tuple([item.name for item in fields(cls)])
 
 
 @dataclass(frozen=True)
