@@ -952,7 +952,8 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     down, place = maps.ways.index("down"), 2 if along == maps.x else 1
     line = tuple(slice(None) if axis == place else at for axis, at in enumerate(cell))
     labels, bits = maps.labels[down][line][:, 0], maps.bits[down][line][:, 0]
-    met = np.flatnonzero(np.isin(labels, (Label.CRITICAL, Label.STALLED)))
+    # whatever of it a severity allows, it is met, and has not ended
+    met = np.flatnonzero(np.isin(labels, (Label.CRITICAL, Label.STALLED)) | (bits != 0))
     met = met[met >= cell[place]]
     if not met.size:
         chain = chain_of(maps.results)
@@ -963,7 +964,8 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     critical = responses_in(maps.results.attrs)
     # the first clear point below all that was met, from the setting on
     highest = int(met[-1])
-    clear = np.flatnonzero(labels[: cell[place] + 1] == Label.CLEAR)
+    below = slice(cell[place] + 1)
+    clear = np.flatnonzero((labels[below] == Label.CLEAR) & (bits[below] == 0))
     if not clear.size:
         here = int(bits[cell[place]]) or int(np.bitwise_or.reduce(bits[met]))
         return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)

@@ -39,6 +39,7 @@ from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
 from nsdrill.data import (
     ENDS_EARLY,
+    WITHIN,
     Answer,
     Array,
     Attributes,
@@ -104,6 +105,14 @@ class Sheet:
     @cached_property
     def maps(self) -> Graded:
         return graded(self.results, self.severity, self.window["confidence"])
+
+    @cached_property
+    def whole(self) -> Graded:
+        """The maps with what is not drilled, too: a limit that was met there is one."""
+        attrs = {name: value for name, value in self.results.attrs.items() if name != WITHIN}
+        if len(attrs) == len(self.results.attrs):
+            return self.maps
+        return graded(replace(self.results, attrs=attrs), self.severity, self.window["confidence"])
 
     @cached_property
     def orders(self) -> Orders:
@@ -624,7 +633,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = [value for value in (step.last, step.next) if value is not None]
         return " to ".join(one.fmt.number(maps.x, value) for value in ends)
 
-    step, limits = end_of_sticking(maps, number, row), next_limits(maps, number, row)
+    step, limits = end_of_sticking(one.whole, number, row), next_limits(one.whole, number, row)
     none = "not known" if _is_open(one, row) else "none"
     ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
     if step is not None and step.last is None:
@@ -664,7 +673,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
     text = ", ".join(told) or open_ended
     if quick.any():  # which lies above what bounds what is brought up
-        of_starts = limit_of_starts(maps, number, row)
+        of_starts = limit_of_starts(one.whole, number, row)
         started = words(of_starts) if of_starts is not None else open_ended
         text = f"{text}; {'started at rest' if one.advice.from_rest else 'after a quick start'}, {started}"
     return ends, text, allowed

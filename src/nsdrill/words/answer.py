@@ -347,6 +347,11 @@ def _of_low_side(summary: Answer) -> Iterator[str]:
 def _of_severity(summary: Answer) -> Iterator[str]:
     """That the answer allows less than was asked for, as a setting with less there is."""
     asked, level = summary["severity"], summary["answer"].severity
+    if asked and level == asked and summary["answer"].point:
+        yield (
+            f"THE SETTING MAY VIBRATE: {MILD_TO_SEVERE[asked]} vibration is allowed (--severity {asked}), at the "
+            "setting and within its limits too. Free of vibration is what is allowed without that."
+        )
     if asked is not None and level != asked and summary["answer"].point:
         own = f"{MILD_TO_SEVERE[level]} vibration at most" if level else "free of vibration"
         yield (

@@ -588,7 +588,9 @@ class Bench:
             study = replace(study, operation=operation)
         assert state is not None
         found = self.motions.observed(study, state, settle=SETTLE, observe=OBSERVE)
-        outcome, responses, why = verdict(found, self.severity, study.model.critical)
+        # what a severity allows has not ended, where it is told at which speed that ends
+        severity = None if trial.name == SLOWED else self.severity
+        outcome, responses, why = verdict(found, severity, study.model.critical)
         ended = replace(trial, outcome=outcome, responses=responses, speed=study.operation.rotary_speed, why=why)
         if plan.way == Way.CORNER:
             ended = replace(ended, wob=study.operation.wob)
