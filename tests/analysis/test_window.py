@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.analysis.advice import RECOMMENDED
+from nsdrill.analysis.advice import RECOMMENDED, Recovery
 from nsdrill.analysis.contrast import contrast
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import classes, regions
@@ -205,6 +205,25 @@ def test_by_severity():
     data["bounce_severity"][1, 0, 4] = 1
     assert [find_window(data, severity)["safe"] for severity in (0, 1, 2)] == [25, 25, 35]
     assert find_window(data, 0)["grades"]["safe from below only"] == 5
+
+
+def test_what_a_severity_allows_is_told_and_has_not_ended():
+    """Brought up it is free, and back down it whirls to the end of the map, moderately below 6 rad/s: with that
+    allowed the whirl was said to end there."""
+    data = grid({"up": [[".....ww"]], "down": [["wwwwwww"]]}, SPEEDS[:7], WEIGHTS[:1])
+    for name in ("bounce_severity", "stick_slip_severity"):
+        data.variables[name] = np.zeros(data.shape, dtype=np.int8)
+    data.variables["whirl_severity"] = np.where(np.asarray(data["response"]) > 0, 2, 0).astype(np.int8)
+    data.variables["whirl_severity"][..., 5:] = 4
+    strict, lax = find_window(data), find_window(data, severity=2)
+    assert strict["answer"].recover.outcome == Recovery.LASTS
+    assert lax["answer"].recover.outcome == Recovery.LASTS
+    assert "does not stop" in answer(lax, "si")
+    data["response"][:] = 4
+    data.variables["whirl_severity"][:] = 4
+    allowed = find_window(data, severity=4)
+    assert any(one.startswith("THE SETTING MAY VIBRATE: severe") for one in warnings(allowed, "si"))
+    assert not any("MAY VIBRATE" in one for one in warnings(strict, "si"))
 
 
 def test_by_severity_an_inferred_point_is_unknown():

@@ -11,7 +11,7 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, Results, json_text
+from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
@@ -80,6 +80,19 @@ def test_the_next_limit_lies_above_what_is_allowed():
     """It whirls from 70 to 80 rpm, from 90 it is free, and at 130 it whirls again."""
     said = words(made(WALL, up=["ww....w", *FREE[1:]], down=ROLLS))
     assert "10 klbf 70 to 80 whirl 120 to 130 90 to 120" in said  # on the way down it sticks at 70 rpm
+
+
+@pytest.mark.parametrize("within", [{"rotary_speed": (85.0, 105.0)}, {"wob": (14.0, 26.0)}])
+def test_a_limit_where_one_does_not_drill_is_one(within):
+    """At 10 klbf it whirls at 110 rpm: the page said that there is none up to the end of the map."""
+    scales = {"rotary_speed": to_si("1 rpm", "rad/s"), "wob": to_si("1 klbf", "N")}
+    ranges = {axis: [scales[axis] * end for end in ends] for axis, ends in within.items()}
+    made_up = made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS)
+    said = words(replace(made_up, attrs={**made_up.attrs, WITHIN: json_text(ranges)}))
+    row = re.search(r"10 klbf 80 to 90 (.*?) 15 klbf|10 klbf 80 to 90 (.*)", said)
+    assert row is not None
+    assert "whirl 100 to 110" in row[0]
+    assert "none up to" not in row[0]
 
 
 def test_along_the_weight_stick_slip_begins():
