@@ -170,7 +170,9 @@ def test_kinds_of_whirl(features, kind):
     [
         ({}, LOW_SIDE),
         ({"y_mean": 0.01}, IRREGULAR),  # not in the lower half
-        ({"wall_contact_fraction": 0.4}, IRREGULAR),  # most of the time off the wall
+        ({"wall_contact_fraction": 0.4}, LOW_SIDE),  # it taps the low side, with less than what lies there may have
+        ({"wall_contact_fraction": 0.4, "radius_mean": 0.07}, IRREGULAR),  # about the middle, most of the time off it
+        ({"wall_contact_fraction": 0.4, "lateral_acceleration_rms": 2.51}, IRREGULAR),
         ({"lateral_acceleration_rms": 2.51}, IRREGULAR),  # it strikes the wall: above a quarter of g
         ({"rolling_ratio": 1.0, "whirl_ratio": -1.48}, BACKWARD_ROLLING),
         ({"whirl_ratio": -0.5}, BACKWARD),
@@ -179,7 +181,8 @@ def test_kinds_of_whirl(features, kind):
 def test_a_collar_that_lies_on_the_low_side_does_not_whirl(features, kind):
     """It is told of by its kind alone: neither a response nor a severity. What rolls, or
     strikes the wall, whirls."""
-    resting = {"wall_contact_fraction": 1.0, "whirl_ratio": 0.0, "y_mean": -0.03, "lateral_acceleration_rms": 2.5}
+    resting = {"wall_contact_fraction": 1.0, "whirl_ratio": 0.0, "y_mean": -0.03, "radius_mean": 0.05}
+    resting["lateral_acceleration_rms"] = 2.5
     found = label(**{**resting, **features})
     assert found["whirl_kind"] == kind
     assert bool(found["response"] & WHIRL) == (kind != LOW_SIDE)

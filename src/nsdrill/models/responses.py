@@ -96,10 +96,11 @@ class Whirl(Checked):
     Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance``
     of one and the contact lasts at least ``rolling_contact`` of the time; else forward
     or backward by the sign of the whirl ratio, and irregular where that is below
-    ``direction`` in size. Of these a collar lies on the low side that is on the wall for
-    ``rolling_contact`` of the time in the lower half of an inclined hole, with a lateral
-    acceleration up to ``light_acceleration``: there its weight holds it, and that is no
-    whirl. One that strikes the wall harder is irregular.
+    ``direction`` in size. Of these a collar lies on the low side that is on average in the lower half of an
+    inclined hole, with a lateral acceleration up to ``light_acceleration``: there its weight
+    holds it, and that is no whirl. One that is on the wall for less than ``rolling_contact``
+    of the time taps it, half of its mean radius below the middle or more. One that strikes
+    the wall harder is irregular.
 
     The accelerations [m/s^2] grade it by the r.m.s. lateral acceleration of the collar,
     on the wall or not, which is what a downhole tool measures: about a quarter, a half,

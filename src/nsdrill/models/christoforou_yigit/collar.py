@@ -112,6 +112,7 @@ def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Arra
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
+HANGS = 0.5  # of its mean radius, by which a collar that only taps the low side is below the middle on average
 WIND_UP = 1.5  # times the wind-up under the torque at rest
 AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
@@ -240,11 +241,13 @@ class CollarInHole(Driven[P]):
         lies = np.zeros(on_wall.shape, bool)  # in the lower half, and is not thrown off the wall
         if "y_mean" in features:  # of an inclined hole
             with np.errstate(invalid="ignore"):
-                lies = np.asarray(features["y_mean"] < 0.0)
+                # one that taps the wall hangs on the low side rather than about the middle
+                below = np.asarray(features["y_mean"] < -HANGS * features["radius_mean"])
+                lies = np.asarray(features["y_mean"] < 0.0) & (on_wall | below)
                 if "lateral_acceleration_rms" in features:
                     lies &= np.asarray(features["lateral_acceleration_rms"] <= t.light_acceleration)
         return np.select(
-            [~on_wall_at_all, rolling, no_precession & on_wall & lies, no_precession, ratio > 0.0],
+            [~on_wall_at_all, rolling, no_precession & lies, no_precession, ratio > 0.0],
             [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
             default=BACKWARD,
         )
