@@ -68,7 +68,11 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     if best is None:
         return found
     name, slowest, fastest = best
-    return replace(found or WayIn(), first=ORDERS[name], rate=slowest.rate, most=fastest.rate)
+    least, found = slowest.rate, found or WayIn()
+    if ORDERS[name] == First.SPEED and found.crosses and (found.rate or 0.0) <= (fastest.rate or 0.0):
+        # what passes by a hair in a trial has not the margin of the estimate, and eccentricity is rarely known
+        least = max(least or 0.0, found.rate or 0.0)
+    return replace(found, first=ORDERS[name], rate=least, most=fastest.rate)
 
 
 ORDERS = {SPEED_FIRST: First.SPEED, WEIGHT_FIRST: First.WEIGHT}
