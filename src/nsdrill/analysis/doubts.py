@@ -3,9 +3,10 @@ of a run, answers, ``show`` and warnings in Python all tell."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from nsdrill.analysis.clocked import CLOCKED, clocked, clocked_words
 from nsdrill.analysis.counts import (
     BEYOND,
     TURNED,
@@ -64,9 +65,10 @@ OF_RUNS = (
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
 )
-BEFORE: tuple[tuple[str, str, Callable[[Attributes], list[str]], Callable[[Sequence[str]], str]], ...] = (
+BEFORE: tuple[tuple[str, str, Callable[[Attributes], Any], Callable[[Any], str]], ...] = (
     # known before a run, from root attributes, and told then
     (GUESSED_SCALES, "A GUESS", guessed_scales, guessed_words),
+    ("clocked", CLOCKED, clocked, clocked_words),
     ("doubtful_fit", "DOUBTFUL FIT", doubtful_fit, fit_words),
 )
 
@@ -89,6 +91,11 @@ def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
     for one in ALL:
         if found[one.key] and one.in_answers:
             yield f"{one.heading.upper()}: {one.words(found[one.key])}."
+
+
+def known_before(attrs: Attributes) -> dict[str, Any]:
+    """What is found of each that is known before a run, plain data by its key."""
+    return {key: find(attrs) for key, _, find, _ in BEFORE}
 
 
 def notes_before(attrs: Attributes) -> Iterator[str]:

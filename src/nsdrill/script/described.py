@@ -149,6 +149,7 @@ def description_of(
         | dict.fromkeys((*fractions(reading), *driving_words(reading))),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: _of_scales(model),
+        clocked=reading.clocked,
         rules=(_smooth(model), brakes(reading, SECTION)),
         drawn=_drawn(reading, model.declared),
     )
