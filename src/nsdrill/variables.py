@@ -218,6 +218,7 @@ TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for c
 OUTRUN = "{}_outrun"  # of a quantity that a script measures: how far it varies faster than the steps
 DRIVING = "{}_driving_fraction"  # of a contact with friction of a script: how long it drives in place of braking
 DRIVES = "{}_drives"  # of such a contact, in a trace: whether it does, as 1 or 0
+CREEP = "{}_creep"  # of a contact with friction of a script: which part of its slip counts as stuck
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0
 COORDINATES: dict[str, tuple[str, str]] = {

@@ -31,6 +31,7 @@ from nsdrill.analysis.counts import (
     turned_back,
     turned_back_words,
 )
+from nsdrill.analysis.creeping import creeping, creeping_words
 from nsdrill.analysis.unstable import FOLLOWED, resting, runs_unstable, unstable_words
 from nsdrill.data import GUESSED_SCALES, Attributes, Results
 from nsdrill.models.registry import model_in
@@ -63,6 +64,7 @@ OF_RUNS = (
     Doubt("unstable_motion", "AN UNSTABLE MOTION", "", runs_unstable, unstable_words),
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
+    Doubt("creeping", "NO STICK", "", creeping, creeping_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
 )
 BEFORE: tuple[tuple[str, str, Callable[[Attributes], Any], Callable[[Any], str]], ...] = (

@@ -9,26 +9,45 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.models.own_quantities import on_rows, quantity_channel
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
+from nsdrill.observe.channels import (
+    Channel,
+    Declaration,
+    Derived,
+    Extremes,
+    Feature,
+    Mean,
+    MeanAbove,
+    Names,
+    Section,
+    TimeAbove,
+)
 from nsdrill.script.angles import REVOLUTION
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.driving import WORDS
 from nsdrill.script.reading import Reading
-from nsdrill.variables import DRIVING
+from nsdrill.variables import CREEP, DRIVING
 
 # Lane parameters and rows of a model beside its own numbers: two underscores are in no name
 # that a function may have.
 RATE, FRAME, STUCK, SLIPPING, SIZE = "{}__rate", "{}__frame", "{}__stuck", "{}__slipping", "{}__size"
+# The natural scale of a slip, the mean of its square, and that but for the time in which it is stuck
+SLIP, SQUARE, SLID = "{}__slip", "{}__square", "{}__slid"
+AT_REST = 0.01  # of its natural scale, by which a contact that is stuck may slip
 ENDS = {"max": "greatest", "min": "least", "mean": "mean"}  # of each state, with words
 
 
 def names_of(reading: Reading) -> Names:
     """The rows of the model."""
     columns = (*reading.signature.parameters, CLOCK)
-    frames, stuck = map(FRAME.format, reading.frames), map(STUCK.format, reading.rubs)
+    frames, stuck = (
+        map(FRAME.format, reading.frames),
+        [one.format(name) for name in reading.rubs for one in (STUCK, SLIP)],
+    )
     sizes = [SIZE.format(one.name) for one in reading.quantities]
     return Names(reading.states, tuple(map(RATE.format, reading.moved)), (*columns, *frames, *stuck, *sizes))
 
@@ -46,6 +65,9 @@ def declaration_of(reading: Reading) -> Declaration:
         features += [
             TimeAbove(_slip(name), SLIPPING.format(name)),
             Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
+            Mean(_slip(name), SQUARE.format(name)),
+            MeanAbove(_slip(name), SLIPPING.format(name), SLID.format(name)),
+            Derived(CREEP.format(name), _share(SQUARE.format(name), SLID.format(name), SLIP.format(name))),
         ]
     features += [Mean(_drive(name), DRIVING.format(name)) for name in reading.driving]
     features += [part for one in reading.quantities for part in one.measures]
@@ -77,6 +99,12 @@ def driving_words(reading: Reading) -> dict[str, str]:
         below = " or ".join(WORDS[what].removeprefix("a ") for what in numbers)
         found[DRIVING.format(name)] = f"fraction of time in which {below} of {name} is below 0"
     return found
+
+
+def creep_words(reading: Reading) -> dict[str, str]:
+    """The features that tell which part of the slip of a contact counts as stuck, with their words."""
+    words = "share of the mean square slip of {} that counts as stuck; 0 of less than a hundredth of its natural scale"
+    return {CREEP.format(name): words.format(name) for name in reading.rubs}
 
 
 def _drive(name: str) -> str:
@@ -151,3 +179,15 @@ def _rest(name: str) -> Callable[[Array], Array]:
     reads = inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD)
     rest.__signature__ = inspect.Signature([reads])  # type: ignore[attr-defined]
     return rest
+
+
+def _share(square: str, slid: str, scale: str) -> Callable[[Array, Array, Array], Array]:
+    """The part of the mean ``square`` of a slip beside what it has while it slides, 0 of one that rests."""
+
+    def share(square: Array, slid: Array, scale: Array) -> Array:
+        creep = np.where(square > (AT_REST * scale) ** 2, square - slid, 0.0)
+        return np.clip(np.divide(creep, square, out=np.zeros_like(square), where=creep > 0.0), 0.0, 1.0)
+
+    reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (square, slid, scale)]
+    share.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]
+    return share
