@@ -219,6 +219,7 @@ OUTRUN = "{}_outrun"  # of a quantity that a script measures: how far it varies 
 DRIVING = "{}_driving_fraction"  # of a contact with friction of a script: how long it drives in place of braking
 DRIVES = "{}_drives"  # of such a contact, in a trace: whether it does, as 1 or 0
 CREEP = "{}_creep"  # of a contact with friction of a script: which part of its slip counts as stuck
+STEPPED = "{}_stepped_over"  # of a contact of a script: which part of its time lies within single steps
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0
 COORDINATES: dict[str, tuple[str, str]] = {

@@ -31,7 +31,7 @@ from nsdrill.analysis.counts import (
     turned_back,
     turned_back_words,
 )
-from nsdrill.analysis.creeping import creeping, creeping_words
+from nsdrill.analysis.own_contacts import creeping, creeping_words, stepped_over, stepped_over_words
 from nsdrill.analysis.unstable import FOLLOWED, resting, runs_unstable, unstable_words
 from nsdrill.data import GUESSED_SCALES, Attributes, Results
 from nsdrill.models.registry import model_in
@@ -65,6 +65,7 @@ OF_RUNS = (
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
     Doubt("creeping", "NO STICK", "", creeping, creeping_words),
+    Doubt("stepped_over", "CONTACT STEPPED OVER", "", stepped_over, stepped_over_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
 )
 BEFORE: tuple[tuple[str, str, Callable[[Attributes], Any], Callable[[Any], str]], ...] = (

@@ -18,7 +18,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import seed_text
 from nsdrill.analysis.counts import driving_in_parts, driving_words
-from nsdrill.analysis.creeping import creeping_in_parts, creeping_words
+from nsdrill.analysis.own_contacts import creeping_in_parts, creeping_words
 from nsdrill.app.following.branch_data import dataset_of, with_curves
 from nsdrill.app.following.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
 from nsdrill.app.following.seeding import (
