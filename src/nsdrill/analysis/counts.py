@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from nsdrill.analysis.own_contacts import of_contacts
 from nsdrill.analysis.planes import along_axis
 from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
@@ -100,10 +101,10 @@ def turned_back_words(found: Answer) -> str:
 
 
 def of_scripts(attrs: Attributes) -> tuple[str, ...]:
-    """The variables that :func:`outrun`, :func:`driving` and :func:`too_small` use, of results
-    with these root attributes, where the model has them."""
+    """The variables of what is told of scripts (:mod:`nsdrill.analysis.doubts`) of results with
+    these root attributes, where the model has them."""
     outruns = (name for one in _outruns(attrs) for name in (one.name, *_ends(one, attrs)))
-    return (*_of_states(attrs), *outruns, *(one.name for one in _drivings(attrs)))
+    return (*_of_states(attrs), *outruns, *(one.name for one in _drivings(attrs)), *of_contacts(attrs))
 
 
 def _of_states(attrs: Attributes) -> tuple[str, ...]:

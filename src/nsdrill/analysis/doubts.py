@@ -3,9 +3,10 @@ of a run, answers, ``show`` and warnings in Python all tell."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from nsdrill.analysis.clocked import CLOCKED, clocked, clocked_words
 from nsdrill.analysis.counts import (
     BEYOND,
     TURNED,
@@ -30,6 +31,7 @@ from nsdrill.analysis.counts import (
     turned_back,
     turned_back_words,
 )
+from nsdrill.analysis.own_contacts import creeping, creeping_words, stepped_over, stepped_over_words
 from nsdrill.analysis.unstable import FOLLOWED, resting, runs_unstable, unstable_words
 from nsdrill.data import GUESSED_SCALES, Attributes, Results
 from nsdrill.models.registry import model_in
@@ -62,11 +64,14 @@ OF_RUNS = (
     Doubt("unstable_motion", "AN UNSTABLE MOTION", "", runs_unstable, unstable_words),
     Doubt("outrun", "TOO FAST", "for the steps", outrun, outrun_words),
     Doubt("driving", "FRICTION DRIVES", "", driving, driving_words),
+    Doubt("creeping", "NO STICK", "", creeping, creeping_words),
+    Doubt("stepped_over", "CONTACT STEPPED OVER", "", stepped_over, stepped_over_words),
     Doubt("too_small", "TOO SMALL", "for the tolerance", too_small, too_small_words),
 )
-BEFORE: tuple[tuple[str, str, Callable[[Attributes], list[str]], Callable[[Sequence[str]], str]], ...] = (
+BEFORE: tuple[tuple[str, str, Callable[[Attributes], Any], Callable[[Any], str]], ...] = (
     # known before a run, from root attributes, and told then
     (GUESSED_SCALES, "A GUESS", guessed_scales, guessed_words),
+    ("clocked", CLOCKED, clocked, clocked_words),
     ("doubtful_fit", "DOUBTFUL FIT", doubtful_fit, fit_words),
 )
 
@@ -89,6 +94,11 @@ def told_in_capitals(found: Mapping[str, Any]) -> Iterator[str]:
     for one in ALL:
         if found[one.key] and one.in_answers:
             yield f"{one.heading.upper()}: {one.words(found[one.key])}."
+
+
+def known_before(attrs: Attributes) -> dict[str, Any]:
+    """What is found of each that is known before a run, plain data by its key."""
+    return {key: find(attrs) for key, _, find, _ in BEFORE}
 
 
 def notes_before(attrs: Attributes) -> Iterator[str]:

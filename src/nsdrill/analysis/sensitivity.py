@@ -21,7 +21,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from nsdrill.analysis import safety
-from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, doubtful_fit, knowledge
+from nsdrill.analysis.counts import KNOWN, UNDECIDED, Counts, knowledge
+from nsdrill.analysis.doubts import known_before
 from nsdrill.analysis.grades import unsettled_in
 from nsdrill.analysis.planes import check_judged
 from nsdrill.analysis.probability import NORMAL_QUANTILE, allowed_samples, check_samples, effective_number, independent
@@ -242,7 +243,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "samples": len(results.coords[SAMPLE]),
         "counted": counted,
         "effective": effective,
-        "doubtful_fit": doubtful_fit(results.attrs),
+        **known_before(results.attrs),
         "unsettled": unsettled_in(results),
         "design": design,
         "dependent": dependent,

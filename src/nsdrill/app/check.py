@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.analysis.clocked import CLOCKED, clocked_words
 from nsdrill.analysis.counts import ERRORS_ALONE, TOLERANCES, guessed_words
 from nsdrill.app.experiment import Experiment, coarse_points, maker_of, prepare
 from nsdrill.data import Answer, Array, Results
@@ -280,7 +281,7 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
     found += [pulses(study) or None, _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
-    found += of_scales(study)
+    found += [_clocked(study), *of_scales(study)]
     found += [inexact_exponent(study) or None]
     if study.swept or not study.ramped:  # else there is no observation
         experiment = experiment or prepare(study)
@@ -404,6 +405,15 @@ def _uncounted(model: Description) -> str | None:
         f"{'it' if len(names) == 1 else 'them'}: a motion counts as settled although "
         f"{'it changes' if len(names) == 1 else 'they change'}. Give an angle the unit rad, or declare a response."
     )
+
+
+def _clocked(study: Study) -> str | None:
+    """The warning of a model that reads the time as a value."""
+    if not study.model.clocked:
+        return None
+    seconds = study.simulation.transient + study.simulation.observe
+    found = {"seconds": seconds, "carried": study.procedure != "same"}
+    return f"{CLOCKED.capitalize()}: {clocked_words(found)}."
 
 
 def _loose(study: Study) -> str | None:

@@ -179,7 +179,8 @@ class Description:
         a trace, ``untraced`` the states that a trace leaves out. ``options`` gives
         words for what such a string has beside the usual: a feature whose ``only`` is
         one of them exists only then. ``attributes`` gives root attributes of a file
-        from parameters, initial state and axes.
+        from parameters, initial state and axes. ``clocked`` is that the time is a value of
+        its equations, or of what is measured, and no forcing that repeats.
     Comparison
         The features ``compared`` are those by which two runs of a point are compared,
         and the starts of a point distinguished, each in the scale of this name
@@ -230,6 +231,7 @@ class Description:
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
+    clocked: bool = False
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Values], Mapping[str, Numeric]] | None = None

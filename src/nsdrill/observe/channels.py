@@ -92,6 +92,9 @@ class Channel:
     (:func:`nsdrill.equations.plain.followed_within`). It is evaluated on the continuous
     solution, not only at the ends of the step (:mod:`nsdrill.observe.within`). Only
     ``Mean``, ``Outrun`` and ``Extremes`` of every value, without peaks, may use it.
+
+    ``watched`` is the same function of a quantity whose polynomial does for all else: with it
+    ``Stepped`` looks at the continuous solution.
     """
 
     name: str
@@ -106,6 +109,7 @@ class Channel:
     of: tuple[str, ...] = ()
     inside: Callable[..., object] | None = None
     within: Callable[..., Any] | None = None
+    watched: Callable[..., Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -226,6 +230,16 @@ class Outrun:
 
 
 @dataclass(frozen=True)
+class Stepped:
+    """The fraction of the observation time in which the channel, one that is ``watched``, is
+    above its level between two ends of one step, at which it is below: what the steps may
+    have jumped over. The channel must have ``TimeAbove``."""
+
+    channel: str
+    name: str = ""
+
+
+@dataclass(frozen=True)
 class Period:
     """The mean time [s] between two rises of the channel above the middle of its range,
     each after a fall below the lower quarter; NaN where fewer than
@@ -272,7 +286,9 @@ class Section:
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | MeanAbove | RmsOfSlopes | Passages | Outrun | Period | Winding | Derived
+Feature = (
+    Extremes | TimeAbove | Mean | MeanAbove | RmsOfSlopes | Passages | Outrun | Stepped | Period | Winding | Derived
+)
 # What is measured for the features of a kind, in the order of the observer's rows.
 MEASURES: dict[type[Any], str] = {
     TimeAbove: "above",
@@ -281,10 +297,11 @@ MEASURES: dict[type[Any], str] = {
     RmsOfSlopes: "slopes",
     Passages: "passages",
     Outrun: "outrun",
+    Stepped: "stepped",
     Period: "cycle_time",
     Winding: "angle",
 }
-T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, RmsOfSlopes, Passages, Outrun, Period, Winding, Derived)
+T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, RmsOfSlopes, Passages, Outrun, Stepped, Period, Winding, Derived)
 
 
 @dataclass(frozen=True)
@@ -355,7 +372,7 @@ def measure_of(feature: Any) -> tuple[str, str]:
     """What is measured for a feature of one of the kinds of MEASURES: (what, name of
     the channel), of which several features may be made; for what has a level or several
     channels, the name of the feature."""
-    shared = isinstance(feature, Mean | Passages | Period)
+    shared = isinstance(feature, Mean | Passages | Stepped | Period)
     return MEASURES[type(feature)], feature.channel if shared else feature.name
 
 
@@ -447,6 +464,8 @@ def _check_measured(
         raise ValueError(f"{kind} {feature.name!r}: found a channel within steps; allowed: Extremes, Mean and Outrun")
     if isinstance(feature, TimeAbove):
         _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
+    if isinstance(feature, Stepped) and channels[feature.channel].watched is None:
+        raise ValueError(f"Stepped {feature.name!r}: found a channel that is not watched; allowed: one that is")
     if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
         _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
     if isinstance(feature, Period):

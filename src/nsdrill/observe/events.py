@@ -22,6 +22,7 @@ from nsdrill.observe.inside import (
     value,
 )
 from nsdrill.observe.placed import Placed
+from nsdrill.observe.within import evaluated
 
 # What attends to an event of lane i: of the buffer, the store, i, the length of the step,
 # the numbers of peaks and of returns that are kept.
@@ -111,6 +112,7 @@ def _event(placed: Placed, event: Event) -> Attend:
     level, (stuck, slip), is_followed = placed.level(channel, above), placed.slip(channel), placed.is_followed(name)
     polynomial, add_above = placed.polynomial(channel), _parts_above(placed, event)
     count = _cycles(placed, channel) if is_counted else None
+    is_watched, add_stepped = channel.watched is not None, _stepped(placed, event)
 
     @inlined
     def attend(b, store, i, h, peaks, returns):
@@ -122,6 +124,8 @@ def _event(placed: Placed, event: Event) -> Attend:
             every, at_ends,
         )  # fmt: skip
         add_above(b, i, h, division)
+        if is_watched:
+            add_stepped(b, i, h, p, ends, level(b, i), division)
         if is_counted:
             count(b, i, h, p, begin, end)
 
@@ -139,6 +143,48 @@ def _cycles(placed: Placed, channel: Channel) -> Callable[..., None]:
         count_cycles(b, i, W, h, b[time_ + i], p, begin, end, scale(b, i), *places)
 
     return count
+
+
+PLACES = 24  # that are tried: where tangents meet, and halfway, in turn
+SWAY = 0.2  # of the way at its greatest rate, by which a channel may be above its tangents
+
+
+def _stepped(placed: Placed, event: Event) -> Callable[..., None] | None:
+    """Adds the time for which a channel is above its level between the ends of a step at which
+    it is below: about the top of its polynomial, or where the tangents on both sides of a top
+    that is a bend meet, as the continuous solution has it there."""
+    channel = event.channel
+    if channel.watched is None or event.above is None:
+        return None
+    at, stepped_ = evaluated(placed, channel), placed.offset("stepped", channel.name)
+
+    @inlined
+    def add_stepped(b, i, h, p, ends, level, division):
+        first, second, above0, above_inside, above1 = division
+        low, g0, d0 = 0.0, ends[0] - level, h * ends[1]
+        high, g1, d1 = 1.0, ends[3] - level, h * ends[4]
+        if not above0 and not above1 and d0 > 0.0 and d1 < 0.0:
+            part = second - first if above_inside else 0.0
+            for place in range(PLACES):
+                width = high - low
+                meet = (g1 - g0 + d0 * low - d1 * high) / (d0 - d1)
+                top, sway = fma(d0, meet - low, g0), SWAY * width * max(d0, -d1)
+                if part > 0.0 or not (low < meet < high) or top <= -sway:
+                    break
+                theta = low + 0.5 * width if place % 2 == 1 else meet
+                found = at(b, i, theta)
+                now, rate = found[0] - level, h * found[1]
+                if now > 0.0:
+                    part = min(1.0, now / d0 - now / d1)
+                elif rate > 0.0:
+                    low, g0, d0 = theta, now, rate
+                elif rate < 0.0:
+                    high, g1, d1 = theta, now, rate
+                else:
+                    break
+            b[stepped_ + i] += h * part
+
+    return add_stepped
 
 
 def _parts_above(placed: Placed, event: Event) -> Callable[..., None]:

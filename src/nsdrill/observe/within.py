@@ -38,7 +38,7 @@ def make_follower(placed: Placed, channel: Channel) -> LaneFunction:
     least_, greatest_, integral_ = (placed.offset(what, name) for what in ("least", "greatest", "integral"))
     outrun = [one for one in placed.declaration.of_kind(Outrun) if one.channel == name]
     outruns = tuple((placed.offset("outrun", one.name), BEYOND if one.beyond else TRAVEL) for one in outrun)
-    at, scale = _evaluated(placed, channel), placed.scale(channel)
+    at, scale = evaluated(placed, channel), placed.scale(channel)
     count, panel = _count(channel), _panel(channel)
     numbered, size = tuple(range(count)), W * (SUMS + count)
     walk = _walk(at, panel, count)
@@ -95,16 +95,17 @@ def make_follower(placed: Placed, channel: Channel) -> LaneFunction:
 
 def _count(channel: Channel) -> int:
     """How many numbers it has at a place: its value, its slope, and what is watched."""
-    watched = vars(channel.within)
+    watched = vars(channel.within or channel.watched)
     return 2 + 2 * watched["compared"] + watched["bent"]
 
 
-def _evaluated(placed: Placed, channel: Channel) -> Callable[..., tuple[float, ...]]:
+def evaluated(placed: Placed, channel: Channel) -> Callable[..., tuple[float, ...]]:
     """The function that gives the value, the slope and what is watched of a channel in lane
     i at theta inside the step."""
-    assert channel.within is not None
+    of_channel = channel.within or channel.watched
+    assert of_channel is not None
     W, rows, names = placed.lanes, placed.rows, placed.names
-    function, given = placed.inlined(channel.within), arguments(channel.within)
+    function, given = placed.inlined(of_channel), arguments(of_channel)
     pairs = [(p, (*names.states[2 * p : 2 * p + 2], names.slopes[p])) for p in range(rows.pairs)]
     pairs = [(p, of) for p, of in pairs if not set(of).isdisjoint(given)]
     singles = [*zip(names.states[2 * rows.pairs :], names.slopes[rows.pairs :], strict=True)]

@@ -183,13 +183,27 @@ def _repeats(read: Signature, graph: Graph, slopes: Mapping[str, Node], angles: 
         given = _inputs(read) | {f"angle {k}": n * at for k, n in enumerate(found.multiples)}
         made = plain.values(dict(zip(slopes, wanted, strict=True)), given)
         values.append([np.broadcast_to(np.asarray(one, float), PROBES) for one in made.values()])
-
-    def same(one: list[Array], other: list[Array]) -> bool:
-        return all(
-            np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (np.nanmax(np.abs(a)) + 1e-300), equal_nan=True)
-            for a, b in zip(one, other, strict=True)
-        )
-
     readers = [node for node in graph.live(wanted) if any(arg in stand_in for arg in node.args)]
     of_circle = all(node.op == "result" and str(node.extra[0]) == "sincos" for node in readers)
-    return same(values[0], values[1]) and (of_circle or not same(values[0], values[2]))
+    return _same(values[0], values[1]) and (of_circle or not _same(values[0], values[2]))
+
+
+def repeat(read: Signature, nodes: Mapping[str, Node]) -> bool:
+    """Whether these values of a forced model repeat after a revolution of its forcing, and read
+    the time as a part of the angle of that alone."""
+    rng = np.random.default_rng(3)
+    phase, time = (rng.uniform(0.0, 2.0 * math.pi, PROBES) for _ in range(2))
+    turned: list[dict[str, Any]] = [
+        {"phase": phase + time + revolution, "time": 0.0} for revolution in (0.0, 2.0 * math.pi)
+    ]
+    given = {**_inputs(read), f"p.{CLOCK}": 1.0}
+    found = [plain.values(nodes, {**given, **at}) for at in ({"phase": phase, "time": time}, *turned)]
+    first, *others = [[np.broadcast_to(np.asarray(one, float), PROBES) for one in made.values()] for made in found]
+    return all(_same(first, other) for other in others)
+
+
+def _same(one: list[Array], other: list[Array]) -> bool:
+    return all(
+        np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (np.nanmax(np.abs(a)) + 1e-300), equal_nan=True)
+        for a, b in zip(one, other, strict=True)
+    )

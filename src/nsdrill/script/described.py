@@ -21,7 +21,7 @@ from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Declaration
 from nsdrill.ranges import Checked, parameter
 from nsdrill.script.critical import check_responses, check_threshold, orders_of, with_numbers
-from nsdrill.script.function_channels import ENDS, driving_words, fractions
+from nsdrill.script.function_channels import ENDS, creep_words, driving_words, fractions, stepped_words
 from nsdrill.script.function_model import SECTION, FunctionModel, scale_name
 from nsdrill.script.reading import Reading
 from nsdrill.script.rubbing import brakes
@@ -74,7 +74,8 @@ def _features(reading: Reading) -> Iterator[Variable]:
         value = reading.signature.start[name]
         for end, word in ENDS.items():
             yield feature(f"{name}_{end}", units_of(value), f"{word} {words_of(value, name)}", signal=name)
-    for name, words in (fractions(reading) | driving_words(reading)).items():
+    told = fractions(reading) | driving_words(reading) | creep_words(reading) | stepped_words(reading)
+    for name, words in told.items():
         yield fraction(name, words)
     for one in reading.quantities:
         yield from one.variables(units_of(one.about), words_of(one.about, one.name))
@@ -149,6 +150,7 @@ def description_of(
         | dict.fromkeys((*fractions(reading), *driving_words(reading))),
         distinguishing=tuple(f"{name}_mean" for name in told),
         attributes=lambda *study: _of_scales(model),
+        clocked=reading.clocked,
         rules=(_smooth(model), brakes(reading, SECTION)),
         drawn=_drawn(reading, model.declared),
     )

@@ -9,26 +9,47 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.models.own_quantities import on_rows, quantity_channel
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Feature, Mean, Names, Section, TimeAbove
+from nsdrill.observe.channels import (
+    Channel,
+    Declaration,
+    Derived,
+    Extremes,
+    Feature,
+    Mean,
+    MeanAbove,
+    Names,
+    Section,
+    Stepped,
+    TimeAbove,
+)
 from nsdrill.script.angles import REVOLUTION
 from nsdrill.script.clock import CLOCK
 from nsdrill.script.driving import WORDS
 from nsdrill.script.reading import Reading
-from nsdrill.variables import DRIVING
+from nsdrill.variables import CREEP, DRIVING, STEPPED
 
 # Lane parameters and rows of a model beside its own numbers: two underscores are in no name
 # that a function may have.
 RATE, FRAME, STUCK, SLIPPING, SIZE = "{}__rate", "{}__frame", "{}__stuck", "{}__slipping", "{}__size"
+# The natural scale of a slip, the mean of its square, and that but for the time in which it is stuck
+SLIP, SQUARE, SLID = "{}__slip", "{}__square", "{}__slid"
+INSIDE = "{}__inside"  # the fraction of time for which a contact is closed within single steps
+AT_REST = 0.01  # of its natural scale, by which a contact that is stuck may slip
 ENDS = {"max": "greatest", "min": "least", "mean": "mean"}  # of each state, with words
 
 
 def names_of(reading: Reading) -> Names:
     """The rows of the model."""
     columns = (*reading.signature.parameters, CLOCK)
-    frames, stuck = map(FRAME.format, reading.frames), map(STUCK.format, reading.rubs)
+    frames, stuck = (
+        map(FRAME.format, reading.frames),
+        [one.format(name) for name in reading.rubs for one in (STUCK, SLIP)],
+    )
     sizes = [SIZE.format(one.name) for one in reading.quantities]
     return Names(reading.states, tuple(map(RATE.format, reading.moved)), (*columns, *frames, *stuck, *sizes))
 
@@ -41,11 +62,17 @@ def declaration_of(reading: Reading) -> Declaration:
     features: list[Feature] = []
     for name in reading.states:
         features += [_extremes(reading, name), Mean(name, f"{name}_mean")]
-    features += [TimeAbove(_gap(name), f"{name}_contact_fraction") for name in reading.gaps]
+    for name in reading.gaps:
+        closed, inside = f"{name}_contact_fraction", INSIDE.format(name)
+        features += [TimeAbove(_gap(name), closed), Stepped(_gap(name), inside)]
+        features.append(Derived(STEPPED.format(name), _part(inside, closed)))
     for name in reading.rubs:
         features += [
             TimeAbove(_slip(name), SLIPPING.format(name)),
             Derived(f"{name}_stuck_fraction", _rest(SLIPPING.format(name))),
+            Mean(_slip(name), SQUARE.format(name)),
+            MeanAbove(_slip(name), SLIPPING.format(name), SLID.format(name)),
+            Derived(CREEP.format(name), _share(SQUARE.format(name), SLID.format(name), SLIP.format(name))),
         ]
     features += [Mean(_drive(name), DRIVING.format(name)) for name in reading.driving]
     features += [part for one in reading.quantities for part in one.measures]
@@ -79,6 +106,18 @@ def driving_words(reading: Reading) -> dict[str, str]:
     return found
 
 
+def stepped_words(reading: Reading) -> dict[str, str]:
+    """The features that tell which part of the time of a contact lies within single steps, with their words."""
+    words = "share of the time in which {} is closed that lies within single steps, which may have jumped over it"
+    return {STEPPED.format(name): words.format(name) for name in reading.gaps}
+
+
+def creep_words(reading: Reading) -> dict[str, str]:
+    """The features that tell which part of the slip of a contact counts as stuck, with their words."""
+    words = "share of the mean square slip of {} that counts as stuck; 0 of less than a hundredth of its natural scale"
+    return {CREEP.format(name): words.format(name) for name in reading.rubs}
+
+
 def _drive(name: str) -> str:
     return f"driving of {name}"
 
@@ -105,7 +144,8 @@ def _contacts(reading: Reading) -> list[Channel]:
     channels = []
     for name, gap in reading.gaps.items():
         value, rate = plain.followed_node(on_rows(gap), rates)
-        channels.append(Channel(_gap(name), value, rate, level=0.0))
+        watched = plain.followed_within(on_rows(gap), rates)
+        channels.append(Channel(_gap(name), value, rate, level=0.0, watched=watched))
     for name, contact in reading.rubs.items():
         slip = on_rows(reading.graph.node(contact.slips[0]))
         value, rate = plain.followed_node(slip * slip, rates)
@@ -151,3 +191,27 @@ def _rest(name: str) -> Callable[[Array], Array]:
     reads = inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD)
     rest.__signature__ = inspect.Signature([reads])  # type: ignore[attr-defined]
     return rest
+
+
+def _share(square: str, slid: str, scale: str) -> Callable[[Array, Array, Array], Array]:
+    """The part of the mean ``square`` of a slip beside what it has while it slides, 0 of one that rests."""
+
+    def share(square: Array, slid: Array, scale: Array) -> Array:
+        creep = np.where(square > (AT_REST * scale) ** 2, square - slid, 0.0)
+        return np.clip(np.divide(creep, square, out=np.zeros_like(square), where=creep > 0.0), 0.0, 1.0)
+
+    reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (square, slid, scale)]
+    share.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]
+    return share
+
+
+def _part(inside: str, closed: str) -> Callable[[Array, Array], Array]:
+    """The part of the time of a contact that lies ``inside`` steps, of which some does not count as ``closed``."""
+
+    def part(inside: Array, closed: Array) -> Array:
+        whole = np.maximum(inside, closed)
+        return np.divide(inside, whole, out=np.zeros_like(whole), where=whole > 0.0)
+
+    reads = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in (inside, closed)]
+    part.__signature__ = inspect.Signature(reads)  # type: ignore[attr-defined]
+    return part

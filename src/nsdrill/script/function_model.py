@@ -13,6 +13,7 @@ from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.consequences import Consequences
 from nsdrill.equations.jumps import jumps_in, probes_around
+from nsdrill.equations.library import Friction
 from nsdrill.errors import InputError
 from nsdrill.models.base import Model
 from nsdrill.models.operation import ModelParameters, Numeric, Values
@@ -20,7 +21,7 @@ from nsdrill.models.own_quantities import power_of_two
 from nsdrill.models.responses import Thresholds
 from nsdrill.script.angles import near_last, without_revolutions
 from nsdrill.script.clock import CLOCK
-from nsdrill.script.function_channels import FRAME, SIZE, STUCK, declaration_of, names_of
+from nsdrill.script.function_channels import FRAME, SIZE, SLIP, STUCK, declaration_of, names_of
 from nsdrill.script.pulses import Pulse, shortest_pulse
 from nsdrill.script.reading import Reading
 from nsdrill.script.trial import Scales, natural_scales, trial_of
@@ -96,14 +97,19 @@ class FunctionModel(Model[ModelParameters]):
     def steepest(self, points: Values[ModelParameters]) -> dict[str, float]:
         """The smoothing of each friction times the natural scale of its slip."""
         reading, numbers, found = self.reading, {**self.numbers(points), CLOCK: self.slowest}, {}
-        rest = dict.fromkeys(reading.states, 0.0)
+        given = reading.given(dict.fromkeys(reading.states, 0.0), numbers)
         for name, contact in reading.rubs.items():
-            wanted = {"slip": reading.graph.node(contact.slips[0]), "by": reading.graph.node(contact.numbers.smoothing)}
-            at_rest = plain.values(wanted, reading.given(rest, numbers))
-            moved = [plain.values(wanted, reading.given({**rest, one: self.scale[one]}, numbers)) for one in rest]
-            scale = sum(float(np.max(np.abs(one["slip"] - at_rest["slip"]))) for one in moved)
-            found[name] = scale * float(np.max(at_rest["by"]))
+            smoothing = plain.values({"": reading.graph.node(contact.numbers.smoothing)}, given)[""]
+            found[name] = float(np.max(self._natural_slip(contact, numbers))) * float(np.max(smoothing))
         return found
+
+    def _natural_slip(self, contact: Friction, numbers: Mapping[str, Numeric]) -> Numeric:
+        """The natural scale of a slip: by how much those of the states change it, from rest."""
+        reading, rest = self.reading, dict.fromkeys(self.reading.states, 0.0)
+        slip = {"": reading.graph.node(contact.slips[0])}
+        at_rest = plain.values(slip, reading.given(rest, numbers))[""]
+        moved = [plain.values(slip, reading.given({**rest, one: self.scale[one]}, numbers))[""] for one in rest]
+        return sum((np.abs(one - at_rest) for one in moved), np.zeros(1))
 
     @cached_property
     def sizes(self) -> dict[str, float]:
@@ -185,7 +191,9 @@ class FunctionModel(Model[ModelParameters]):
         if reading.rate is not None:
             wanted[CLOCK] = reading.rate
         found = plain.values(wanted, reading.given({}, numbers)) if wanted else {}
-        return {CLOCK: self.slowest, **numbers, **found, **self.sizes}
+        given = {**numbers, CLOCK: self.slowest}
+        slips = {SLIP.format(name): self._natural_slip(contact, given) for name, contact in reading.rubs.items()}
+        return {CLOCK: self.slowest, **numbers, **found, **slips, **self.sizes}
 
     def outputs(self, points: Values[ModelParameters], state: Mapping[str, Array]) -> dict[str, Array]:
         """Whether friction drives at each time, as 1 or 0."""

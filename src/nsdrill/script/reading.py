@@ -20,7 +20,7 @@ from nsdrill.equations.trace import Named, check_text, prepared, traced
 from nsdrill.models.own_quantities import Measured
 from nsdrill.records import dataclass
 from nsdrill.script.angles import turning_in, unread_in
-from nsdrill.script.clock import CLOCK, Forcing, cycles_as_radians, forcing_in, values_read
+from nsdrill.script.clock import CLOCK, Forcing, cycles_as_radians, forcing_in, repeat, values_read
 from nsdrill.script.dimensions import check_dimensions, check_measured, dimension_of
 from nsdrill.script.driving import driving_in
 from nsdrill.script.pulses import forces_of
@@ -134,6 +134,15 @@ class Reading:
         """Whether the equations are the same after a while: none of them reads the time but
         as an angle."""
         return self.forcing is not None or "time" not in self.consequences.read
+
+    @property
+    def clocked(self) -> bool:
+        """Whether the time is a value of the equations, or of what is measured: what it is at
+        another time no run tells."""
+        if self.forcing is None:
+            outputs = [*values_read(self.graph, self.slopes), *self.quantities.values()]
+            return "time" in self.graph.inputs_of(outputs)
+        return not repeat(self.signature, {one.name: node for one, node in self.quantities.items()})
 
     @property
     def gaps(self) -> dict[str, Node]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from nsdrill.analysis.counts import fit_words, open_words
+from nsdrill.analysis.counts import open_words
+from nsdrill.analysis.doubts import BEFORE
 from nsdrill.analysis.grades import unsettled_words
 from nsdrill.analysis.probability import safe_in_words, samples_text
 from nsdrill.data import Answer
@@ -26,8 +27,9 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     yield f"  {samples}, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}"
     if summary["overrides"]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
-    if doubts := summary["doubtful_fit"]:
-        yield f"  DOUBTFUL FIT: {fit_words(doubts)}"
+    for key, name, _, words_of in BEFORE:
+        if doubt := summary[key]:
+            yield f"  {name}: {words_of(doubt)}."
     if found := summary["unsettled"]:
         yield f"  NOT SETTLED: {unsettled_words(found)}."
     if words := open_words(summary, "samples"):

@@ -18,6 +18,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import seed_text
 from nsdrill.analysis.counts import driving_in_parts, driving_words
+from nsdrill.analysis.own_contacts import creeping_in_parts, creeping_words
 from nsdrill.app.following.branch_data import dataset_of, with_curves
 from nsdrill.app.following.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
 from nsdrill.app.following.seeding import (
@@ -152,8 +153,11 @@ def _followed(
         told.note(words)
     told.begins(f"measuring {count(sum(map(len, found.branches)), 'point')}")
     data = dataset_of(setup, flow, found)
-    if driven := driving_in_parts(data.attrs, {str(name): one.values for name, one in data.data_vars.items()}):
+    measured = {str(name): one.values for name, one in data.data_vars.items()}
+    if driven := driving_in_parts(data.attrs, measured):
         warn(f"FRICTION DRIVES: {driving_words(driven, 'point')}.", RunWarning)
+    if creeping := creeping_in_parts(data.attrs, measured):
+        warn(f"NO STICK: {creeping_words(creeping, 'point')}.", RunWarning)
     if continuation.curves is not None:
         data = with_curves(setup, data, found, workers, told)
     data.attrs |= edited_seeds(setup, source)
