@@ -19,6 +19,7 @@ from nsdrill.variables import CREEP, OK, STEPPED, Variable
 MOST_CREEP = 0.1
 # Of the time of a contact: one whose force the steps feel lies within none, but where it grazes
 MOST_STEPPED = 0.02
+ENDINGS = (CREEP.format(""), STEPPED.format(""))
 
 
 def of_contacts(attrs: Attributes) -> list[str]:
@@ -67,13 +68,16 @@ def stepped_over_words(found: Mapping[str, Answer]) -> str:
 
 
 def _ended(results: Results) -> dict[str, Array]:
-    ended, variables = np.asarray(results["status"]) == OK, results.variables
+    variables = results.variables
+    if not any([name.endswith(ENDINGS) for name in variables]):  # before the model is looked at
+        return {}
+    ended = np.asarray(results["status"]) == OK
     return {name: np.asarray(variables[name])[ended] for name in of_contacts(results.attrs) if name in variables}
 
 
 def _above(attrs: Attributes, parts: Mapping[str, Array], told: str, most: float) -> Answer:
-    found = {}
-    for variable in _features(attrs, told):
+    found: Answer = {}
+    for variable in _features(attrs, told) if parts else ():
         known = parts.get(variable.name, np.zeros(0))
         known = known[np.isfinite(known)]
         if runs := int(np.count_nonzero(known > most)):
