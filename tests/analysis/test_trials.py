@@ -405,10 +405,45 @@ def test_changes_are_ranked_by_robustness_then_by_effort():
     assumed = replace(span, holds_usual=False)
     assert assumed.robust == Robust.POOR
     told = trial_words.change_words(assumed, found, "rotary_speed", FIELD)
-    assert told == "span, at the next trip, may free 90 to 150 rpm at 18 to 22 klbf, with the assumed damping only"
+    assert (
+        told == "span, at the next trip, may free 90 to 150 rpm at 18 to 22 klbf (poor: with the assumed damping only)"
+    )
     data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][4]
     assert (data["effort"], data["robust"], data["share_free"]) == ("at the next trip", "good", 1.0)
     assert data["stay_within"]["wob"] == {"from": 18 * KLBF, "to": 22 * KLBF}
+
+
+def test_of_all_weights_the_most_robust_change_is_named():
+    """Of a map that allows no setting the string as it is is free on one way up at 10 kN, of which no trial was run;
+    stabilisers that trials grade good there come before soft torque that they grade poor at 30 kN."""
+    none = Change("none", "", "", "as it is", room=0.4, wob=30e3)
+    as_it_is = replace(none, others=(replace(none, room=3.4, wob=10e3, free=((2.2, 6.0),), widest=(2.2, 6.0)),))
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", ((2.5, 6.0),), 1.8, (3.0, 4.9), wob=30e3)
+    soft = replace(soft, speed=4.0, trials=ways("...", "...."), weights=(21e3, 39e3))
+    span = Change("span", "k", "15 m", "stabilisers 15 m apart", ((5.4, 8.0),), 1.8, (5.4, 8.0), wob=30e3, speed=6.5)
+    at_10 = replace(span, room=2.5, widest=(4.8, 8.0), speed=6.4, trials=soft.trials, weights=(1e3, 19e3), wob=10e3)
+    found = Trials(changes=(as_it_is, soft, replace(span, others=(at_10,))), wob=30e3, mapped=True)
+    assert (soft.robust, at_10.robust) == (Robust.POOR, Robust.GOOD)
+    assert found.best == at_10
+    alone = replace(found, changes=(as_it_is, soft))
+    told = "soft torque, at the surface, would free 29 to 46 rpm at 5 to 8.5 klbf (poor: narrow in speed)"
+    assert trial_words.best_words(alone, "rotary_speed", FIELD) == told
+    few = replace(soft, widest=(3.0, 8.0), room=0.5, trials=ways("...", "wwww"), weights=(20e3, 21e3))
+    assert few.why_poor == ("narrow in weight", "little room", "few trials free")
+
+
+def test_a_change_without_trials_is_not_graded():
+    """It may promise to be good; only trials grade it. JSON has null, and its row says that it is untried."""
+    ends = (90 * RPM, 160 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), 2.8, ends, speed=120 * RPM)
+    assert span.promised == Robust.GOOD
+    assert span.robust is None
+    found = Trials(changes=(none, span), wob=20 * KLBF)
+    plain = data_of(confirmed(POINT, found), "rotary_speed")["changes"]
+    assert [(one["robust"], one["share_free"]) for one in plain] == [(None, None)] * 2
+    rows = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert [row.endswith("; untried") for row in rows] == [False, False, True]
 
 
 def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():

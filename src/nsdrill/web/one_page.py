@@ -246,7 +246,7 @@ def _without_trip(tried: Trials) -> Change | None:
     if best is None or best.effort == Effort.SURFACE:
         return None
     easy = [one for one in tried.helping if one.effort == Effort.SURFACE and (one.trials or not best.trials)]
-    found = [one for one in easy if one.is_sound and one.robust > Robust.POOR]
+    found = [one for one in easy if one.is_sound and one.promised > Robust.POOR]
     return max(found, key=lambda one: one.rank, default=None)
 
 

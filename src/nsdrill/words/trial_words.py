@@ -15,6 +15,7 @@ from nsdrill.analysis.trials import (
     WEIGHT_FIRST,
     Change,
     Outcome,
+    Robust,
     Trial,
     Trials,
     Way,
@@ -116,8 +117,14 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         and change.holds_usual is not False
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
-    assumed = ", with the assumed damping only" if change.holds_usual is False else ""
-    return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{assumed}"
+    return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{_poor(change)}"
+
+
+def _poor(change: Change) -> str:
+    """That a ``change`` is graded poor, and why; "" of a better one, and of one without trials."""
+    if change.robust != Robust.POOR:
+        return ""
+    return f" (poor: {', '.join(change.why_poor)})"
 
 
 def _weight_of(change: Change, found: Trials | None) -> float | None:
@@ -258,6 +265,8 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
 
 def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
     """What trials left of what a ``change`` frees."""
+    if change.key and change.has_room and not change.trials:
+        return "; untried"
     if change.weights is None or change.widest is None:
         return ""
     at = fmt.value(along, change.speed or 0.0)
@@ -270,7 +279,7 @@ def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
     if not change.has_room:
         return "; by trials no room"
     ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
-    return f"; by trials {ends}: {change.robust.name.lower()}, {change.effort.words}"
+    return f"; by trials {ends}: {change.promised.name.lower()}, {change.effort.words}"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:
