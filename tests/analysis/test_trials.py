@@ -609,9 +609,14 @@ def test_what_helps_is_judged_by_trials_of_it():
         trial_words.best_words(free, "rotary_speed", FIELD)
         == "collars straight to 2 mm, to be ordered, would free 90 to 160 rpm"
     )
-    other = Change("lobes", "b", "0 m", "the same bit without lobes", room=4.6, trials=sure.trials, **some)
+    other = Change("lobes", "b", "0 m", "a bit without lobes", room=4.6, trials=sure.trials, **some)
     assert Trials(changes=(as_it_is, other, sure)).best == sure, "a rig cannot make that of its bit"
-    assert Trials(changes=(as_it_is, other, bad)).best == other
+    of_bit = Trials(changes=(as_it_is, other, bad))
+    assert of_bit.best == other
+    told = trial_words.best_words(of_bit, "rotary_speed", FIELD)
+    assert told == "a bit without lobes, with the friction of the study, would free 90 to 160 rpm"
+    more = trial_words.best_trials(of_bit, "rotary_speed", FIELD)
+    assert more.endswith("were free. Another bit may have another friction: run the study with that.")
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
         trial_words.best_trials(Trials(changes=(as_it_is, span)), "rotary_speed", FIELD)

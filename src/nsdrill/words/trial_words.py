@@ -8,6 +8,7 @@ from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
     OFF_ROCK,
+    OTHER_BIT,
     SLOWED,
     SPEED_FIRST,
     TAGGED,
@@ -117,7 +118,12 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         and change.holds_usual is not False
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
-    return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{_poor(change)}"
+    return f"{change.words}, {_effort(change)}, {'would' if is_sure else 'may'} free {free}{_poor(change)}"
+
+
+def _effort(change: Change) -> str:
+    """What a ``change`` takes; of another bit what the study does not know of it."""
+    return "with the friction of the study" if change.name == OTHER_BIT else change.effort.words
 
 
 def _poor(change: Change) -> str:
@@ -156,7 +162,8 @@ def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
     best = found.best if found is not None else None
     if found is None or best is None or not best.key:
         return ""
-    more = elsewhere(best, found, along, fmt)
+    friction = " Another bit may have another friction: run the study with that." if best.name == OTHER_BIT else ""
+    more = f"{friction}{elsewhere(best, found, along, fmt)}"
     if not best.trials or best.speed is None:
         return f"What {best.words} would free is of one way up; no trial of that was run.{more}"
     ways = [one for one in best.trials if one.way == Way.IN]
@@ -279,7 +286,7 @@ def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
     if not change.has_room:
         return "; by trials no room"
     ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
-    return f"; by trials {ends}: {change.promised.name.lower()}, {change.effort.words}"
+    return f"; by trials {ends}: {change.promised.name.lower()}, {_effort(change)}"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:
