@@ -1,6 +1,7 @@
 """What trials confirm and withdraw: the verdicts of trials that are made up."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import (
     HELD,
+    HELD_IN_CORNER,
     OFF_ROCK,
     ON_WALL,
     SLOWED,
@@ -444,6 +446,58 @@ def test_a_change_without_trials_is_not_graded():
     assert [(one["robust"], one["share_free"]) for one in plain] == [(None, None)] * 2
     rows = list(trial_words.lines(found, "rotary_speed", FIELD))
     assert [row.endswith("; untried") for row in rows] == [False, False, True]
+
+
+def test_a_way_up_gives_way_to_trials_near_its_weight():
+    """At 20 kN soft torque is free up to 5.96 rad/s on one way up; of its trials those in corners 1.1 kN from that
+    whirl at 5.96 rad/s, and at 5.43 rad/s when disturbed, and others at the wall, or far away, say nothing of it."""
+
+    def corner(speed: float, wob: float, name: str = TO_CORNER) -> Trial:
+        return Trial(name, Way.CORNER, VIBRATES, ("whirl",), speed=speed, wob=wob)
+
+    none = Change("none", "", "", "as it is", room=0.0, wob=30e3)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", ((2.46, 5.96),), 1.8, (3.0, 4.9), wob=30e3)
+    bad = (corner(5.96, 21.1e3), corner(5.43, 21.1e3, HELD_IN_CORNER), corner(3.0, 38.9e3), knock(VIBRATES))
+    here = replace(soft, speed=3.98, trials=(*ways("...", "...."), *bad), weights=(21.1e3, 38.9e3))
+    at_20 = replace(soft, free=((1.0, 1.4), (1.88, 5.96)), room=3.9, widest=(1.88, 5.96), speed=3.9, wob=20e3)
+    at_10 = replace(at_20, wob=10e3)
+    whole = replace(here, others=(at_10, at_20))
+    assert whole.left_beside(at_20) == ((1.0, 1.4), (1.88, pytest.approx(5.43 - 5 * RPM)))
+    assert whole.left_beside(at_10) == at_10.free, "more than a driller's 2 klbf away"
+    found = Trials(changes=(none, whole), wob=30e3)
+    si = Formatter("si")
+    told = trial_words.best_trials(found, "rotary_speed", si)
+    assert "one way up 1 to 1.4 rad/s" in told
+    assert re.search(
+        r"one way up, less what vibrates in trials near this weight, 1 to .* 1.9 to 4.9 rad/s .*20 kN", told
+    )
+    row = next(line for line in trial_words.lines(found, "rotary_speed", si) if " at 20 kN " in line)
+    assert "untried, and of that trials near this weight leave" in row
+    plain = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
+    assert plain["free_beside_trials"] is None
+    by_wob = {one["wob"]["wob"]: one["free_beside_trials"] for one in plain["at_other_weights"]}
+    assert by_wob[20e3][1]["to"] == pytest.approx(5.43 - 5 * RPM)
+    assert by_wob[10e3][1]["to"] == 5.96
+
+
+def test_what_is_passed_on_the_way_to_what_a_change_frees_is_told():
+    """Soft torque is free at 40 to 77 rpm, and from 85 rpm on: trials are of the latter, to which the string is
+    brought up past the rest, and its own map, with a way down, may recommend the former."""
+    free, ends = ((40 * RPM, 77 * RPM), (85 * RPM, 160 * RPM)), (90 * RPM, 160 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", free, 3.0, ends, speed=120 * RPM, wob=18 * KLBF)
+    soft = replace(soft, trials=ways("...", "...."), weights=(16 * KLBF, 20 * KLBF))
+    found = Trials(changes=(none, soft), wob=18 * KLBF)
+    assert trial_words.best_words(found, "rotary_speed", FIELD) == (
+        "soft torque, at the surface, would free 90 to 160 rpm at 16 to 20 klbf, past 77 to 85 rpm"
+    )
+    assert (
+        "One way up it is free at 40 to 77 rpm as well, untried: its own map, with a way down, may recommend that."
+        in trial_words.best_trials(found, "rotary_speed", FIELD)
+    )
+    alone = replace(soft, free=free[1:])
+    assert alone.passed is None
+    assert "past" not in trial_words.change_words(alone, found, "rotary_speed", FIELD)
 
 
 def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():

@@ -161,6 +161,45 @@ class Change:
         """It at one of its weights; as it is where it was not run at that."""
         return next((one for one in self.every if one.wob == wob), self)
 
+    def left_beside(self, one: Change) -> tuple[tuple[float, float], ...]:
+        """What ``one`` of its weights is free over on its way up, without what trials at its other weights showed to
+        vibrate as near to it as a driller holds the weight: what such a trial leaves lies on the side of the setting
+        from which it was run."""
+        bad = [
+            (speed, other.speed)
+            for other in self.every
+            if other.speed is not None and one.wob is not None
+            for speed in other.vibrates_near(one.wob)
+        ]
+        left = []
+        for low, high in one.free:
+            within = [each for each in bad if low * (1.0 - 1e-9) <= each[0] <= high * (1.0 + 1e-9)]
+            least = max([low, *(speed + HOLDS_SPEED for speed, setting in within if speed <= setting)])
+            most = min([high, *(speed - HOLDS_SPEED for speed, setting in within if speed > setting)])
+            if least < most or not within:
+                left.append((least, most))
+        return tuple(left)
+
+    def vibrates_near(self, wob: float) -> list[float]:
+        """The speeds [rad/s] at which its trials vibrate, or after going there, as near to a weight ``wob`` [N] as a
+        driller holds that; trials on the wall apart."""
+        bad = [one for one in self.trials if one.outcome.is_bad and one.name not in _OF_WALL]
+        spots = [(one.wob, one.speed if one.way == Way.CORNER else one.there) for one in bad]
+        found = [(self.wob if at is None else at, speed) for at, speed in spots]
+        near = HOLDS_WEIGHT * (1.0 + 1e-9)
+        return [speed for at, speed in found if at is not None and speed is not None and abs(at - wob) <= near]
+
+    @property
+    def passed(self) -> tuple[float, float] | None:
+        """The speeds that are not free on its way up just below the stretch that it allows; None where it is free
+        nowhere below that."""
+        if self.widest is None:
+            return None
+        middle = sum(self.widest) / 2.0
+        begins = next((low for low, high in self.free if low <= middle <= high), None)
+        ended = [high for _, high in self.free if begins is not None and high < begins]
+        return (max(ended), begins) if ended and begins is not None else None
+
     def is_of(self, other: Change) -> bool:
         """Whether an ``other`` is the same, maybe at another weight."""
         return (self.key, self.value) == (other.key, other.value)
@@ -543,13 +582,15 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
     ]
 
 
-def _plain_change(one: Change, along: str) -> Answer:
+def _plain_change(one: Change, along: str, whole: Change) -> Answer:
+    left = whole.left_beside(one)
     return {
         "name": one.name,
         "key": one.key,
         "set": one.value,
         "wob": None if one.wob is None else {"wob": one.wob},
         "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
+        "free_beside_trials": None if one.trials else [{"axis": along, "from": low, "to": high} for low, high in left],
         "room": one.room,
         "effort": one.effort.words if one.key else None,
         "robust": None if one.robust is None or not (one.key and one.has_room) else one.robust.name.lower(),
@@ -575,8 +616,10 @@ def data_of(found: Trials, along: str) -> Answer:
         "trials_counted": counted(found.trials),
         "changes": [
             {
-                **_plain_change(change, along),
-                "at_other_weights": [_plain_change(one, along) for one in change.every if one.wob != change.wob],
+                **_plain_change(change, along, change),
+                "at_other_weights": [
+                    _plain_change(one, along, change) for one in change.every if one.wob != change.wob
+                ],
             }
             for change in found.changes
         ],

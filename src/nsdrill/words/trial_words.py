@@ -31,6 +31,7 @@ from nsdrill.words.values import Formatter
 
 _WIDTH = 40
 _IN_CORNER = {HELD_IN_CORNER: ", the bit held and let go", TAGGED_IN_CORNER: ", picked up and tagged again"}
+_CUT = "one way up, less what vibrates in trials near this weight,"
 MOST_TOLD = 3  # corners
 
 
@@ -109,7 +110,8 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
     where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
-    free = f"{fmt.range_inwards(along, *change.widest)}{where}"
+    passed = f", past {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""
+    free = f"{fmt.range_inwards(along, *change.widest)}{where}{passed}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
     is_sure = (
@@ -141,19 +143,37 @@ def _weight_of(change: Change, found: Trials | None) -> float | None:
 def elsewhere(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
     """What a ``change`` frees at the other weights at which it was run: ``At other weights: one way up 66 to 140 rpm at
     10 klbf, nothing at 30 klbf.``; "" where at none."""
-    whole = next((one for one in found.changes if one.is_of(change)), change)
-    parts: dict[str, list[str]] = {"by trials": [], "one way up": []}
+    whole = _whole(change, found)
+    parts: dict[str, list[str]] = {"by trials": [], "one way up": [], _CUT: []}
     for one in whole.every:
         if one.wob is None or one.wob == change.wob:
             continue
-        ends = one.free
+        by, ends = "one way up", whole.left_beside(one)
         if one.trials:
-            ends = (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+            by, ends = "by trials", (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+        elif ends != one.free:
+            by = _CUT
         free = ", ".join(fmt.range_inwards(along, *each) for each in ends) or "nothing"
         told = "not known" if one.room is None else free
-        parts["by trials" if one.trials else "one way up"].append(f"{told} at {fmt.value('wob', one.wob)}")
+        parts[by].append(f"{told} at {fmt.value('wob', one.wob)}")
     listed = [f"{by} {', '.join(those)}" for by, those in parts.items() if those]
     return f" At other weights: {'; '.join(listed)}." if listed else ""
+
+
+def _whole(change: Change, found: Trials) -> Change:
+    """The ``change`` with all weights at which it was run."""
+    return next((one for one in found.changes if one.is_of(change)), change)
+
+
+def _of_map(change: Change, along: str, fmt: Formatter) -> str:
+    """Which other speeds below what a ``change`` allows the map of it may recommend; "" where it is free at none."""
+    if change.passed is None:
+        return ""
+    below = [(low, high) for low, high in change.free if low < high <= change.passed[0]]
+    if not below:
+        return ""
+    free = ", ".join(fmt.range_inwards(along, *ends) for ends in below)
+    return f" One way up it is free at {free} as well, untried: its own map, with a way down, may recommend that."
 
 
 def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
@@ -163,7 +183,7 @@ def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
     if found is None or best is None or not best.key:
         return ""
     friction = " Another bit may have another friction: run the study with that." if best.name == OTHER_BIT else ""
-    more = f"{friction}{elsewhere(best, found, along, fmt)}"
+    more = f"{friction}{_of_map(best, along, fmt)}{elsewhere(best, found, along, fmt)}"
     if not best.trials or best.speed is None:
         return f"What {best.words} would free is of one way up; no trial of that was run.{more}"
     ways = [one for one in best.trials if one.way == Way.IN]
@@ -267,13 +287,15 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
         at = f" at {fmt.value('wob', wob)}" if wob is not None else ""
         return f"free at no {of} that was run{at}{told}"
     room = "" if change.room is None else f"; along the {of} room for {change.room:.1f} tolerances"
-    return f"free at {text}{room}{told}{_by_trials(change, along, fmt)}"
+    return f"free at {text}{room}{told}{_by_trials(change, _whole(change, found), along, fmt)}"
 
 
-def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
+def _by_trials(change: Change, whole: Change, along: str, fmt: Formatter) -> str:
     """What trials left of what a ``change`` frees."""
     if change.key and change.has_room and not change.trials:
-        return "; untried"
+        left = whole.left_beside(change)
+        free = ", ".join(fmt.range_inwards(along, *ends) for ends in left) or "nothing"
+        return "; untried" if left == change.free else f"; untried, and of that trials near this weight leave {free}"
     if change.weights is None or change.widest is None:
         return ""
     at = fmt.value(along, change.speed or 0.0)
