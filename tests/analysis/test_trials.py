@@ -51,6 +51,7 @@ from .grids import grid
 
 RPM, KLBF = math.pi / 30, 4448.2216152605
 FIELD = Formatter("field")
+OF_SPEED = "rotary_speed", FIELD
 FREE, VIBRATES, STALLED, UNKNOWN = Outcome
 POINT = Advice(
     Kind.FROM_BELOW,
@@ -430,6 +431,9 @@ def test_of_all_weights_the_most_robust_change_is_named():
     alone = replace(found, changes=(as_it_is, soft))
     told = "soft torque, at the surface, would free 29 to 46 rpm at 5 to 8.5 klbf (poor: narrow in speed)"
     assert trial_words.best_words(alone, "rotary_speed", FIELD) == told
+    at_20 = replace(at_10, wob=20e3, holds_usual=False)
+    told = trial_words.elsewhere(soft, replace(found, changes=(as_it_is, replace(soft, others=(at_20,)))), *OF_SPEED)
+    assert told.endswith("at 4.5 klbf (poor: with the assumed damping only).")
     few = replace(soft, widest=(3.0, 8.0), room=0.5, trials=ways("...", "wwww"), weights=(20e3, 21e3))
     assert few.why_poor == ("narrow in weight", "little room", "few trials free")
 

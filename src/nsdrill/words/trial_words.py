@@ -155,7 +155,7 @@ def elsewhere(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
             by = _CUT
         free = ", ".join(fmt.range_inwards(along, *each) for each in ends) or "nothing"
         told = "not known" if one.room is None else free
-        parts[by].append(f"{told} at {fmt.value('wob', one.wob)}")
+        parts[by].append(f"{told} at {fmt.value('wob', one.wob)}{_poor(one) if ends else ''}")
     listed = [f"{by} {', '.join(those)}" for by, those in parts.items() if those]
     return f" At other weights: {'; '.join(listed)}." if listed else ""
 
