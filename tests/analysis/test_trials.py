@@ -493,7 +493,7 @@ def test_what_is_passed_on_the_way_to_what_a_change_frees_is_told():
     soft = replace(soft, trials=ways("...", "...."), weights=(16 * KLBF, 20 * KLBF))
     found = Trials(changes=(none, soft), wob=18 * KLBF)
     assert trial_words.best_words(found, "rotary_speed", FIELD) == (
-        "soft torque, at the surface, would free 90 to 160 rpm at 16 to 20 klbf, past 77 to 85 rpm"
+        "soft torque, at the surface, would free 90 to 160 rpm at 16 to 20 klbf, brought up past 77 to 85 rpm"
     )
     assert (
         "One way up it is free at 40 to 77 rpm as well, untried: its own map, with a way down, may recommend that."
