@@ -431,6 +431,9 @@ def test_of_all_weights_the_most_robust_change_is_named():
     alone = replace(found, changes=(as_it_is, soft))
     told = "soft torque, at the surface, would free 29 to 46 rpm at 5 to 8.5 klbf (poor: narrow in speed)"
     assert trial_words.best_words(alone, "rotary_speed", FIELD) == told
+    row = next(line for line in trial_words.lines(alone, *OF_SPEED) if "soft torque  " in line)
+    trials_left = "by trials 29 to 46 rpm, 5 to 8.5 klbf, along the speed room for 1.8 tolerances"
+    assert row.endswith(f"free at 24 to 57 rpm; {trials_left}: poor (narrow in speed), at the surface")
     at_20 = replace(at_10, wob=20e3, holds_usual=False)
     told = trial_words.elsewhere(soft, replace(found, changes=(as_it_is, replace(soft, others=(at_20,)))), *OF_SPEED)
     assert told.endswith("at 4.5 klbf (poor: with the assumed damping only).")

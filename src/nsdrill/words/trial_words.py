@@ -286,7 +286,7 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
         wob = None if change.name == "weight" or len(found.wobs) > 1 else _weight_of(change, found)  # the row has it
         at = f" at {fmt.value('wob', wob)}" if wob is not None else ""
         return f"free at no {of} that was run{at}{told}"
-    room = "" if change.room is None else f"; along the {of} room for {change.room:.1f} tolerances"
+    room = f"; {_room(change, along)}" if change.room is not None and not change.trials else ""  # trials cut it
     return f"free at {text}{room}{told}{_by_trials(change, _whole(change, found), along, fmt)}"
 
 
@@ -308,7 +308,13 @@ def _by_trials(change: Change, whole: Change, along: str, fmt: Formatter) -> str
     if not change.has_room:
         return "; by trials no room"
     ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
-    return f"; by trials {ends}: {change.promised.name.lower()}, {_effort(change)}"
+    poor = f"poor ({', '.join(change.why_poor)})"
+    grade = f"{poor if change.why_poor else change.promised.name.lower()}, {_effort(change)}"
+    return f"; by trials {ends}, {_room(change, along)}: {grade}"
+
+
+def _room(change: Change, along: str) -> str:
+    return f"along the {quantity(along).words} room for {change.room or 0.0:.1f} tolerances"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:
