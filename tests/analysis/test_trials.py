@@ -1,6 +1,7 @@
 """What trials confirm and withdraw: the verdicts of trials that are made up."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import (
     HELD,
+    HELD_IN_CORNER,
     OFF_ROCK,
     ON_WALL,
     SLOWED,
@@ -49,6 +51,7 @@ from .grids import grid
 
 RPM, KLBF = math.pi / 30, 4448.2216152605
 FIELD = Formatter("field")
+OF_SPEED = "rotary_speed", FIELD
 FREE, VIBRATES, STALLED, UNKNOWN = Outcome
 POINT = Advice(
     Kind.FROM_BELOW,
@@ -405,10 +408,103 @@ def test_changes_are_ranked_by_robustness_then_by_effort():
     assumed = replace(span, holds_usual=False)
     assert assumed.robust == Robust.POOR
     told = trial_words.change_words(assumed, found, "rotary_speed", FIELD)
-    assert told == "span, at the next trip, may free 90 to 150 rpm at 18 to 22 klbf, with the assumed damping only"
+    assert (
+        told == "span, at the next trip, may free 90 to 150 rpm at 18 to 22 klbf (poor: with the assumed damping only)"
+    )
     data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][4]
     assert (data["effort"], data["robust"], data["share_free"]) == ("at the next trip", "good", 1.0)
     assert data["stay_within"]["wob"] == {"from": 18 * KLBF, "to": 22 * KLBF}
+
+
+def test_of_all_weights_the_most_robust_change_is_named():
+    """Of a map that allows no setting the string as it is is free on one way up at 10 kN, of which no trial was run;
+    stabilisers that trials grade good there come before soft torque that they grade poor at 30 kN."""
+    none = Change("none", "", "", "as it is", room=0.4, wob=30e3)
+    as_it_is = replace(none, others=(replace(none, room=3.4, wob=10e3, free=((2.2, 6.0),), widest=(2.2, 6.0)),))
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", ((2.5, 6.0),), 1.8, (3.0, 4.9), wob=30e3)
+    soft = replace(soft, speed=4.0, trials=ways("...", "...."), weights=(21e3, 39e3))
+    span = Change("span", "k", "15 m", "stabilisers 15 m apart", ((5.4, 8.0),), 1.8, (5.4, 8.0), wob=30e3, speed=6.5)
+    at_10 = replace(span, room=2.5, widest=(4.8, 8.0), speed=6.4, trials=soft.trials, weights=(1e3, 19e3), wob=10e3)
+    found = Trials(changes=(as_it_is, soft, replace(span, others=(at_10,))), wob=30e3, mapped=True)
+    assert (soft.robust, at_10.robust) == (Robust.POOR, Robust.GOOD)
+    assert found.best == at_10
+    alone = replace(found, changes=(as_it_is, soft))
+    told = "soft torque, at the surface, would free 29 to 46 rpm at 5 to 8.5 klbf (poor: narrow in speed)"
+    assert trial_words.best_words(alone, "rotary_speed", FIELD) == told
+    row = next(line for line in trial_words.lines(alone, *OF_SPEED) if "soft torque  " in line)
+    trials_left = "by trials 29 to 46 rpm, 5 to 8.5 klbf, along the speed room for 1.8 tolerances"
+    assert row.endswith(f"free at 24 to 57 rpm; {trials_left}: poor (narrow in speed), at the surface")
+    at_20 = replace(at_10, wob=20e3, holds_usual=False)
+    told = trial_words.elsewhere(soft, replace(found, changes=(as_it_is, replace(soft, others=(at_20,)))), *OF_SPEED)
+    assert told.endswith("at 4.5 klbf (poor: with the assumed damping only).")
+    few = replace(soft, widest=(3.0, 8.0), room=0.5, trials=ways("...", "wwww"), weights=(20e3, 21e3))
+    assert few.why_poor == ("narrow in weight", "little room", "few trials free")
+
+
+def test_a_change_without_trials_is_not_graded():
+    """It may promise to be good; only trials grade it. JSON has null, and its row says that it is untried."""
+    ends = (90 * RPM, 160 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), 2.8, ends, speed=120 * RPM)
+    assert span.promised == Robust.GOOD
+    assert span.robust is None
+    found = Trials(changes=(none, span), wob=20 * KLBF)
+    plain = data_of(confirmed(POINT, found), "rotary_speed")["changes"]
+    assert [(one["robust"], one["share_free"]) for one in plain] == [(None, None)] * 2
+    rows = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert [row.endswith("; untried") for row in rows] == [False, False, True]
+
+
+def test_a_way_up_gives_way_to_trials_near_its_weight():
+    """At 20 kN soft torque is free up to 5.96 rad/s on one way up; of its trials those in corners 1.1 kN from that
+    whirl at 5.96 rad/s, and at 5.43 rad/s when disturbed, and others at the wall, or far away, say nothing of it."""
+
+    def corner(speed: float, wob: float, name: str = TO_CORNER) -> Trial:
+        return Trial(name, Way.CORNER, VIBRATES, ("whirl",), speed=speed, wob=wob)
+
+    none = Change("none", "", "", "as it is", room=0.0, wob=30e3)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", ((2.46, 5.96),), 1.8, (3.0, 4.9), wob=30e3)
+    bad = (corner(5.96, 21.1e3), corner(5.43, 21.1e3, HELD_IN_CORNER), corner(3.0, 38.9e3), knock(VIBRATES))
+    here = replace(soft, speed=3.98, trials=(*ways("...", "...."), *bad), weights=(21.1e3, 38.9e3))
+    at_20 = replace(soft, free=((1.0, 1.4), (1.88, 5.96)), room=3.9, widest=(1.88, 5.96), speed=3.9, wob=20e3)
+    at_10 = replace(at_20, wob=10e3)
+    whole = replace(here, others=(at_10, at_20))
+    assert whole.left_beside(at_20) == ((1.0, 1.4), (1.88, pytest.approx(5.43 - 5 * RPM)))
+    assert whole.left_beside(at_10) == at_10.free, "more than a driller's 2 klbf away"
+    found = Trials(changes=(none, whole), wob=30e3)
+    si = Formatter("si")
+    told = trial_words.best_trials(found, "rotary_speed", si)
+    assert "one way up 1 to 1.4 rad/s" in told
+    assert re.search(
+        r"one way up, less what vibrates in trials near this weight, 1 to .* 1.9 to 4.9 rad/s .*20 kN", told
+    )
+    row = next(line for line in trial_words.lines(found, "rotary_speed", si) if " at 20 kN " in line)
+    assert "untried, and of that trials near this weight leave" in row
+    plain = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
+    assert plain["free_beside_trials"] is None
+    by_wob = {one["wob"]["wob"]: one["free_beside_trials"] for one in plain["at_other_weights"]}
+    assert by_wob[20e3][1]["to"] == pytest.approx(5.43 - 5 * RPM)
+    assert by_wob[10e3][1]["to"] == 5.96
+
+
+def test_what_is_passed_on_the_way_to_what_a_change_frees_is_told():
+    """Soft torque is free at 40 to 77 rpm, and from 85 rpm on: trials are of the latter, to which the string is
+    brought up past the rest, and its own map, with a way down, may recommend the former."""
+    free, ends = ((40 * RPM, 77 * RPM), (85 * RPM, 160 * RPM)), (90 * RPM, 160 * RPM)
+    none = Change("none", "", "", "as it is", room=0.0)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", free, 3.0, ends, speed=120 * RPM, wob=18 * KLBF)
+    soft = replace(soft, trials=ways("...", "...."), weights=(16 * KLBF, 20 * KLBF))
+    found = Trials(changes=(none, soft), wob=18 * KLBF)
+    assert trial_words.best_words(found, "rotary_speed", FIELD) == (
+        "soft torque, at the surface, would free 90 to 160 rpm at 16 to 20 klbf, brought up past 77 to 85 rpm"
+    )
+    assert (
+        "One way up it is free at 40 to 77 rpm as well, untried: its own map, with a way down, may recommend that."
+        in trial_words.best_trials(found, "rotary_speed", FIELD)
+    )
+    alone = replace(soft, free=free[1:])
+    assert alone.passed is None
+    assert "past" not in trial_words.change_words(alone, found, "rotary_speed", FIELD)
 
 
 def test_every_view_of_a_change_names_the_weight_at_which_it_was_tried():
@@ -574,9 +670,14 @@ def test_what_helps_is_judged_by_trials_of_it():
         trial_words.best_words(free, "rotary_speed", FIELD)
         == "collars straight to 2 mm, to be ordered, would free 90 to 160 rpm"
     )
-    other = Change("lobes", "b", "0 m", "the same bit without lobes", room=4.6, trials=sure.trials, **some)
+    other = Change("lobes", "b", "0 m", "a bit without lobes", room=4.6, trials=sure.trials, **some)
     assert Trials(changes=(as_it_is, other, sure)).best == sure, "a rig cannot make that of its bit"
-    assert Trials(changes=(as_it_is, other, bad)).best == other
+    of_bit = Trials(changes=(as_it_is, other, bad))
+    assert of_bit.best == other
+    told = trial_words.best_words(of_bit, "rotary_speed", FIELD)
+    assert told == "a bit without lobes, with the friction of the study, would free 90 to 160 rpm"
+    more = trial_words.best_trials(of_bit, "rotary_speed", FIELD)
+    assert more.endswith("were free. Another bit may have another friction: run the study with that.")
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
     assert (
         trial_words.best_trials(Trials(changes=(as_it_is, span)), "rotary_speed", FIELD)

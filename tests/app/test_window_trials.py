@@ -752,7 +752,32 @@ def test_a_change_is_tried_at_the_nearest_weight_and_then_where_it_has_the_most_
     others = tuple(replace(span, wob=wob * KLBF, room=room) for wob, room in ((6, 5.5), (10, 4.1), (14, 2.2)))
     soft = replace(span, name="drive", key="d", room=0.5)
     found = Trials(changes=(as_it_is, replace(span, others=others), soft), wob=18 * KLBF, nothing=True)
-    assert [(one.key, one.wob) for one in window_trials._promising(found)] == [("k", 18 * KLBF), ("k", 6 * KLBF)]
+    promising = window_trials._promising(found)
+    assert [(one.key, one.wob) for one in promising] == [("k", 18 * KLBF), ("k", 6 * KLBF)]
+    further = window_trials._further(found, promising)
+    assert [one.wob for one in further] == [14 * KLBF, 10 * KLBF], "then at the others, the nearer first"
+
+
+def test_a_change_is_tried_at_its_other_weights_before_one_of_more_effort_is_named(monkeypatch):
+    """Stabilisers vibrate at 18 and at 6 klbf, and are free at 12 klbf; so is a bit without lobes, that no rig has."""
+    ends = (60 * RPM, 180 * RPM)
+    as_it_is = replace(remedies.AS_IT_IS, room=0.0, wob=18 * KLBF)
+    span = Change("span", "k", "30 ft", "30 ft", (ends,), 3.0, ends, speed=120 * RPM, wob=18 * KLBF)
+    whole = replace(span, others=tuple(replace(span, wob=wob * KLBF, room=room) for wob, room in ((6, 5.5), (12, 4.1))))
+    bit = replace(span, name="lobes", key="b")
+    ran = []
+
+    def tried(change, *_):
+        ran.append((change.key, round(change.wob / KLBF)))
+        is_bad = change.key == "k" and ran[-1][1] != 12
+        way = Trial(WEIGHT_FIRST, Way.IN, Outcome.VIBRATES if is_bad else Outcome.FREE, rate=1.0)
+        return replace(change, others=(), trials=(way,))
+
+    monkeypatch.setattr(window_trials, "_tried_change", tried)
+    found = Trials(changes=(as_it_is, whole, bit), wob=18 * KLBF, nothing=True)
+    found = window_trials._with_changes_tried(found, None, np.zeros(1), 1, runs.Told(lambda progress: None))
+    assert ran == [("k", 18), ("k", 6), ("b", 18), ("k", 12)]
+    assert (found.best.key, found.best.wob) == ("k", 12 * KLBF)
 
 
 def test_a_middle_is_one_of_where_one_drills():

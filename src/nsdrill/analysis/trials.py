@@ -161,6 +161,45 @@ class Change:
         """It at one of its weights; as it is where it was not run at that."""
         return next((one for one in self.every if one.wob == wob), self)
 
+    def left_beside(self, one: Change) -> tuple[tuple[float, float], ...]:
+        """What ``one`` of its weights is free over on its way up, without what trials at its other weights showed to
+        vibrate as near to it as a driller holds the weight: what such a trial leaves lies on the side of the setting
+        from which it was run."""
+        bad = [
+            (speed, other.speed)
+            for other in self.every
+            if other.speed is not None and one.wob is not None
+            for speed in other.vibrates_near(one.wob)
+        ]
+        left = []
+        for low, high in one.free:
+            within = [each for each in bad if low * (1.0 - 1e-9) <= each[0] <= high * (1.0 + 1e-9)]
+            least = max([low, *(speed + HOLDS_SPEED for speed, setting in within if speed <= setting)])
+            most = min([high, *(speed - HOLDS_SPEED for speed, setting in within if speed > setting)])
+            if least < most or not within:
+                left.append((least, most))
+        return tuple(left)
+
+    def vibrates_near(self, wob: float) -> list[float]:
+        """The speeds [rad/s] at which its trials vibrate, or after going there, as near to a weight ``wob`` [N] as a
+        driller holds that; trials on the wall apart."""
+        bad = [one for one in self.trials if one.outcome.is_bad and one.name not in _OF_WALL]
+        spots = [(one.wob, one.speed if one.way == Way.CORNER else one.there) for one in bad]
+        found = [(self.wob if at is None else at, speed) for at, speed in spots]
+        near = HOLDS_WEIGHT * (1.0 + 1e-9)
+        return [speed for at, speed in found if at is not None and speed is not None and abs(at - wob) <= near]
+
+    @property
+    def passed(self) -> tuple[float, float] | None:
+        """The speeds that are not free on its way up just below the stretch that it allows; None where it is free
+        nowhere below that."""
+        if self.widest is None:
+            return None
+        middle = sum(self.widest) / 2.0
+        begins = next((low for low, high in self.free if low <= middle <= high), None)
+        ended = [high for _, high in self.free if begins is not None and high < begins]
+        return (max(ended), begins) if ended and begins is not None else None
+
     def is_of(self, other: Change) -> bool:
         """Whether an ``other`` is the same, maybe at another weight."""
         return (self.key, self.value) == (other.key, other.value)
@@ -195,23 +234,45 @@ class Change:
         return _free_share(inside) if inside else 1.0
 
     @property
-    def robust(self) -> Robust:
-        """How much it may be relied on: by the speeds that it allows, its margin and the share of its trials; poor
-        where the weight cannot be held, or where a usual damping undoes it. Before trials, at best."""
-        if self.widest is None or self.holds_usual is False:
+    def robust(self) -> Robust | None:
+        """How much it may be relied on; None without trials, which alone grade it."""
+        return self.promised if self.trials else None
+
+    @property
+    def promised(self) -> Robust:
+        """How much it may be relied on, before trials at best: by the speeds that it allows, its margin and the share
+        of its trials; poor where the weight cannot be held, or where a usual damping undoes it."""
+        if self.widest is None or self.holds_usual is False or self._is_narrow_in_weight:
             return Robust.POOR
-        if self.weights is not None and self.weights[1] - self.weights[0] < 2.0 * HOLDS_WEIGHT * (1.0 - 1e-9):
-            return Robust.POOR
-        has = ((self.widest[1] - self.widest[0]) / HOLDS_SPEED, self.room or 0.0, self.share)
         for grade, least in LEAST_OF.items():
-            if all(one >= need - 1e-9 for one, need in zip(has, least, strict=True)):
+            if all(one >= need - 1e-9 for one, need in zip(self._has, least, strict=True)):
                 return grade
         return Robust.POOR
 
     @property
+    def why_poor(self) -> tuple[str, ...]:
+        """What makes it poor, in words; none of one that is not."""
+        lacks = ("narrow in speed", "little room", "few trials free")
+        pairs = zip(self._has, LEAST_OF[Robust.FAIR], lacks, strict=True)
+        found = [words for one, need, words in pairs if one < need - 1e-9]
+        one_damping = ("with the assumed damping only",) * (self.holds_usual is False)
+        return (*("narrow in weight",) * self._is_narrow_in_weight, *found, *one_damping)
+
+    @property
+    def _is_narrow_in_weight(self) -> bool:
+        """Whether a driller cannot hold the weight in what it allows."""
+        return self.weights is not None and self.weights[1] - self.weights[0] < 2.0 * HOLDS_WEIGHT * (1.0 - 1e-9)
+
+    @property
+    def _has(self) -> tuple[float, float, float]:
+        """What of it is compared with :data:`LEAST_OF`."""
+        low, high = self.widest or (0.0, 0.0)
+        return (high - low) / HOLDS_SPEED, self.room or 0.0, self.share
+
+    @property
     def rank(self) -> tuple[float, ...]:
         """The greater, the better: the most robust, then the least effort, then the most trials and room."""
-        return (self.robust, -self.effort, self.share, self.room or 0.0)
+        return (self.promised, -self.effort, self.share, self.room or 0.0)
 
     @property
     def inside(self) -> list[Trial]:
@@ -362,12 +423,14 @@ class Trials:
     def helping(self) -> list[Change]:
         """The changes, each at each of its weights, with room for a tolerance, and more than the string has as it is at
         that weight: a tolerance more where it has so much already, of which less is no gain that a driller can hold,
-        unless trials take that away."""
+        unless trials take that away. What trials cut is not compared with what none was run of."""
         return [one for change in self.changes if change.key for one in change.every if self._helps(one)]
 
     def _helps(self, one: Change) -> bool:
         now = self.as_it_is and self.as_it_is.at(one.wob)
         is_here = now is not None and now.wob in (None, self.wob)  # to what the map and its trials say
+        if one.trials and not (is_here and self.trials):
+            return one.has_room
         least = (now.room or 0.0) if now is not None and not self.nothing else 0.0
         gain = 1.0 - 1e-9 if now is not None and now.has_room and not (is_here and self._is_poor) else 0.0
         return one.has_room and (one.room or 0.0) > least + gain
@@ -519,16 +582,18 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
     ]
 
 
-def _plain_change(one: Change, along: str) -> Answer:
+def _plain_change(one: Change, along: str, whole: Change) -> Answer:
+    left = whole.left_beside(one)
     return {
         "name": one.name,
         "key": one.key,
         "set": one.value,
         "wob": None if one.wob is None else {"wob": one.wob},
         "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
+        "free_beside_trials": None if one.trials else [{"axis": along, "from": low, "to": high} for low, high in left],
         "room": one.room,
         "effort": one.effort.words if one.key else None,
-        "robust": one.robust.name.lower() if one.key and one.has_room else None,
+        "robust": None if one.robust is None or not (one.key and one.has_room) else one.robust.name.lower(),
         "share_free": one.share if one.trials else None,
         "stay_within": None
         if one.widest is None or one.weights is None
@@ -551,8 +616,10 @@ def data_of(found: Trials, along: str) -> Answer:
         "trials_counted": counted(found.trials),
         "changes": [
             {
-                **_plain_change(change, along),
-                "at_other_weights": [_plain_change(one, along) for one in change.every if one.wob != change.wob],
+                **_plain_change(change, along, change),
+                "at_other_weights": [
+                    _plain_change(one, along, change) for one in change.every if one.wob != change.wob
+                ],
             }
             for change in found.changes
         ],

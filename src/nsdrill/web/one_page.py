@@ -30,7 +30,7 @@ from nsdrill.analysis.limits import (
     started_only,
     sticking_over_samples,
 )
-from nsdrill.analysis.trials import Change, Effort, Robust, Trials
+from nsdrill.analysis.trials import OTHER_BIT, Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
@@ -239,7 +239,7 @@ def _helps(one: Sheet) -> list[str]:
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt)
-        what = tried.best.name if tried.best.name in ("drive", "weight") else "string"
+        what = {"drive": "drive", "weight": "weight", OTHER_BIT: "bit"}.get(tried.best.name, "string")
         easier = _without_trip(tried)
         without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
@@ -255,7 +255,7 @@ def _without_trip(tried: Trials) -> Change | None:
     if best is None or best.effort == Effort.SURFACE:
         return None
     easy = [one for one in tried.helping if one.effort == Effort.SURFACE and (one.trials or not best.trials)]
-    found = [one for one in easy if one.is_sound and one.robust > Robust.POOR]
+    found = [one for one in easy if one.is_sound and one.promised > Robust.POOR]
     return max(found, key=lambda one: one.rank, default=None)
 
 

@@ -8,6 +8,7 @@ from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
     OFF_ROCK,
+    OTHER_BIT,
     SLOWED,
     SPEED_FIRST,
     TAGGED,
@@ -15,6 +16,7 @@ from nsdrill.analysis.trials import (
     WEIGHT_FIRST,
     Change,
     Outcome,
+    Robust,
     Trial,
     Trials,
     Way,
@@ -29,6 +31,7 @@ from nsdrill.words.values import Formatter
 
 _WIDTH = 40
 _IN_CORNER = {HELD_IN_CORNER: ", the bit held and let go", TAGGED_IN_CORNER: ", picked up and tagged again"}
+_CUT = "one way up, less what vibrates in trials near this weight,"
 MOST_TOLD = 3  # corners
 
 
@@ -107,7 +110,8 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
     where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
-    free = f"{fmt.range_inwards(along, *change.widest)}{where}"
+    passed = f", brought up past {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""
+    free = f"{fmt.range_inwards(along, *change.widest)}{where}{passed}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
     is_sure = (
@@ -116,8 +120,19 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         and change.holds_usual is not False
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
-    assumed = ", with the assumed damping only" if change.holds_usual is False else ""
-    return f"{change.words}, {change.effort.words}, {'would' if is_sure else 'may'} free {free}{assumed}"
+    return f"{change.words}, {_effort(change)}, {'would' if is_sure else 'may'} free {free}{_poor(change)}"
+
+
+def _effort(change: Change) -> str:
+    """What a ``change`` takes; of another bit what the study does not know of it."""
+    return "with the friction of the study" if change.name == OTHER_BIT else change.effort.words
+
+
+def _poor(change: Change) -> str:
+    """That a ``change`` is graded poor, and why; "" of a better one, and of one without trials."""
+    if change.robust != Robust.POOR:
+        return ""
+    return f" (poor: {', '.join(change.why_poor)})"
 
 
 def _weight_of(change: Change, found: Trials | None) -> float | None:
@@ -128,19 +143,37 @@ def _weight_of(change: Change, found: Trials | None) -> float | None:
 def elsewhere(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
     """What a ``change`` frees at the other weights at which it was run: ``At other weights: one way up 66 to 140 rpm at
     10 klbf, nothing at 30 klbf.``; "" where at none."""
-    whole = next((one for one in found.changes if one.is_of(change)), change)
-    parts: dict[str, list[str]] = {"by trials": [], "one way up": []}
+    whole = _whole(change, found)
+    parts: dict[str, list[str]] = {"by trials": [], "one way up": [], _CUT: []}
     for one in whole.every:
         if one.wob is None or one.wob == change.wob:
             continue
-        ends = one.free
+        by, ends = "one way up", whole.left_beside(one)
         if one.trials:
-            ends = (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+            by, ends = "by trials", (one.widest,) if one.has_room and one.is_sound and one.widest is not None else ()
+        elif ends != one.free:
+            by = _CUT
         free = ", ".join(fmt.range_inwards(along, *each) for each in ends) or "nothing"
         told = "not known" if one.room is None else free
-        parts["by trials" if one.trials else "one way up"].append(f"{told} at {fmt.value('wob', one.wob)}")
+        parts[by].append(f"{told} at {fmt.value('wob', one.wob)}{_poor(one) if ends else ''}")
     listed = [f"{by} {', '.join(those)}" for by, those in parts.items() if those]
     return f" At other weights: {'; '.join(listed)}." if listed else ""
+
+
+def _whole(change: Change, found: Trials) -> Change:
+    """The ``change`` with all weights at which it was run."""
+    return next((one for one in found.changes if one.is_of(change)), change)
+
+
+def _of_map(change: Change, along: str, fmt: Formatter) -> str:
+    """Which other speeds below what a ``change`` allows the map of it may recommend; "" where it is free at none."""
+    if change.passed is None:
+        return ""
+    below = [(low, high) for low, high in change.free if low < high <= change.passed[0]]
+    if not below:
+        return ""
+    free = ", ".join(fmt.range_inwards(along, *ends) for ends in below)
+    return f" One way up it is free at {free} as well, untried: its own map, with a way down, may recommend that."
 
 
 def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
@@ -149,7 +182,8 @@ def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
     best = found.best if found is not None else None
     if found is None or best is None or not best.key:
         return ""
-    more = elsewhere(best, found, along, fmt)
+    friction = " Another bit may have another friction: run the study with that." if best.name == OTHER_BIT else ""
+    more = f"{friction}{_of_map(best, along, fmt)}{elsewhere(best, found, along, fmt)}"
     if not best.trials or best.speed is None:
         return f"What {best.words} would free is of one way up; no trial of that was run.{more}"
     ways = [one for one in best.trials if one.way == Way.IN]
@@ -252,12 +286,16 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
         wob = None if change.name == "weight" or len(found.wobs) > 1 else _weight_of(change, found)  # the row has it
         at = f" at {fmt.value('wob', wob)}" if wob is not None else ""
         return f"free at no {of} that was run{at}{told}"
-    room = "" if change.room is None else f"; along the {of} room for {change.room:.1f} tolerances"
-    return f"free at {text}{room}{told}{_by_trials(change, along, fmt)}"
+    room = f"; {_room(change, along)}" if change.room is not None and not change.trials else ""  # trials cut it
+    return f"free at {text}{room}{told}{_by_trials(change, _whole(change, found), along, fmt)}"
 
 
-def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
+def _by_trials(change: Change, whole: Change, along: str, fmt: Formatter) -> str:
     """What trials left of what a ``change`` frees."""
+    if change.key and change.has_room and not change.trials:
+        left = whole.left_beside(change)
+        free = ", ".join(fmt.range_inwards(along, *ends) for ends in left) or "nothing"
+        return "; untried" if left == change.free else f"; untried, and of that trials near this weight leave {free}"
     if change.weights is None or change.widest is None:
         return ""
     at = fmt.value(along, change.speed or 0.0)
@@ -270,7 +308,13 @@ def _by_trials(change: Change, along: str, fmt: Formatter) -> str:
     if not change.has_room:
         return "; by trials no room"
     ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
-    return f"; by trials {ends}: {change.robust.name.lower()}, {change.effort.words}"
+    poor = f"poor ({', '.join(change.why_poor)})"
+    grade = f"{poor if change.why_poor else change.promised.name.lower()}, {_effort(change)}"
+    return f"; by trials {ends}, {_room(change, along)}: {grade}"
+
+
+def _room(change: Change, along: str) -> str:
+    return f"along the {quantity(along).words} room for {change.room or 0.0:.1f} tolerances"
 
 
 def other_code(found: Trials | None) -> Iterator[str]:

@@ -91,7 +91,7 @@ class Changed:
             shown_text = quantity(ECCENTRICITY).text(straight, "field", 2) if is_field else text
             yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {shown_text}")
         if now(LOBES) > 0.0:
-            yield Change(OTHER_BIT, LOBES, "0 m", "the same bit without lobes")
+            yield Change(OTHER_BIT, LOBES, "0 m", "a bit without lobes")
 
     def run(self, change: Change) -> Change:
         """The ``change`` with where it is free from below, and how much room it has, at each of its weights. A value

@@ -18,7 +18,7 @@ from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import SLACK, Graded, graded
-from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Trials, Way, deepest, narrowed
+from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Robust, Trials, Way, deepest, narrowed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
 from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
@@ -155,6 +155,7 @@ def _with_changes_tried(found: Trials, changed: Changed, speeds: Array, workers:
         return found
     best: Change | None = None
     promising = _promising(found)
+    promising += _further(found, promising)
     told.ran_changes(len(promising))
     for number, change in enumerate(promising):
         if best is not None and best.rank[:2] >= change.rank[:2]:
@@ -181,6 +182,13 @@ def _promising(found: Trials) -> list[Change]:
         elif (one.room or 0.0) > (same[-1].room or 0.0):
             same[1:] = [one]
     return [one for each in chosen[:MOST_CHANGES] for one in each]
+
+
+def _further(found: Trials, promising: Sequence[Change]) -> list[Change]:
+    """The same changes at the other weights at which they promise to be good: what trials take away at one may hold at
+    another, and is tried before what takes more effort is named."""
+    untried = [one for one in found.nearest_first(found.helping) if one not in promising]
+    return [one for one in untried if one.promised == Robust.GOOD and any(one.is_of(each) for each in promising)]
 
 
 def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
