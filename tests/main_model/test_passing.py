@@ -70,6 +70,10 @@ def test_where_no_rate_passes_none_is_told():
     assert greatest_radius(19.0, *changes) > 1.0
 
 
+def test_without_imbalance_any_rate_passes():
+    assert off_bottom("drillstring.eccentricity=0 mm", "mud.drag=0")["sure_rate"] == 0.0
+
+
 def test_a_string_twists_where_the_study_freezes_that():
     assert off_bottom("modes.torsional=frozen")["sure_rate"] == pytest.approx(off_bottom()["sure_rate"])
 

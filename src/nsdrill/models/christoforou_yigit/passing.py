@@ -67,6 +67,8 @@ def least_sure_rate(
     speed is raised through the speeds of the ``wall`` [rad/s] off bottom, from rest or from a lower
     speed: at least :data:`SURE` times the ``estimate`` at a constant rate. None where no such rate is
     known."""
+    if estimate == 0.0:  # no imbalance
+        return 0.0
     least = max(SURE * estimate, SLOWEST)
     if least > FASTEST or not math.isfinite(wall[1]) or wall[0] <= 0.0:
         return None
