@@ -33,8 +33,13 @@ def texts(results) -> tuple[str, str, str]:
 
 def off_bottom(low: float, high: float, rate: float | None) -> dict:
     """The wall range of a collar off bottom, in rpm and rpm/s."""
-    ends = {"from": low * RPM, "to": high * RPM, "passing_rate": None if rate is None else rate * RPM}
-    return {**WALL, "off_bottom": ends}
+    rates = dict.fromkeys(("passing_rate", "sure_rate")) if rate is None else at_rates(rate)
+    return {**WALL, "off_bottom": {"from": low * RPM, "to": high * RPM, **rates}}
+
+
+def at_rates(rate: float) -> dict:
+    """The estimate in rpm/s, and the rate that is sure to pass where the bit does not lag."""
+    return {"passing_rate": rate * RPM, "sure_rate": 2 * rate * RPM}
 
 
 def test_the_speed_is_first_and_nothing_forbids_it():
@@ -102,7 +107,7 @@ def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it()
 def test_a_setting_below_a_range_without_an_end_comes_before_one_in_it():
     """No rate passes a range that goes on; 90 rpm lies below it, and 100 rpm, which has more
     room around it, in it."""
-    endless = {**WALL, "off_bottom": {"from": 91 * RPM, "to": None, "passing_rate": None}}
+    endless = {**WALL, "off_bottom": {"from": 91 * RPM, "to": None, "passing_rate": None, "sure_rate": None}}
     ways = {"up": ["wwwwwww"] * 5, "down": ROLLS, "same": ["......w"] * 5}
     answers = [find_window(made(wall, **ways))["answer"] for wall in (endless, off_bottom(91, 200, 49))]
     for one in answers:

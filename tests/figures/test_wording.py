@@ -44,6 +44,7 @@ WALL = {
         "from": to_si("60.4 rpm", "rad/s"),
         "to": to_si("67.6 rpm", "rad/s"),
         "passing_rate": to_si("0.9 rpm/s", "rad/s^2"),
+        "sure_rate": to_si("1.8 rpm/s", "rad/s^2"),
     },
 }
 FREE, ROLLS, STICKS = ["s.....w"] * 5, ["swwwwww"] * 5, ["sssssww"] * 5

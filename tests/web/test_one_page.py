@@ -50,7 +50,7 @@ def test_box_order_and_prohibition_have_the_same_numbers():
 
 def test_a_wide_range_of_the_wall_is_told_by_where_it_begins():
     """From 60 rpm on the collar goes to the wall at every speed: the other end is that of the map, and says nothing."""
-    open_ = {**WALL, "off_bottom": {**WALL["off_bottom"], "to": None, "passing_rate": None}}
+    open_ = {**WALL, "off_bottom": {**WALL["off_bottom"], "to": None, "passing_rate": None, "sure_rate": None}}
     said = words(made(open_, up=FREE, down=ROLLS))
     assert "from 60 rpm up off bottom, do not raise the speed through: the collar reaches the wall" in said
     assert "60 to 68 rpm off bottom, pass at" in words(made(WALL, up=FREE, down=ROLLS))

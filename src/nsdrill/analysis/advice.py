@@ -45,7 +45,6 @@ from nsdrill.records import dataclass
 
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
-SURE = 2.0  # times the estimate of the rate that passes a resonance
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
 NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
@@ -163,8 +162,8 @@ class WayIn:
     """How one comes to the point, ``first`` the speed, off bottom, or first the weight, or
     no way that is known. ``wall`` are the speeds [rad/s] between which a collar off bottom
     reaches the wall; ``passing_rate`` [rad/s^2] is the estimate of the rate at which it
-    does not, and ``rate`` that at which to pass: twice the estimate, or what trials showed
-    to be free.
+    does not, and ``rate`` that from which on to pass: at least twice the estimate, as the bit
+    lags behind the drive, or what trials showed to be free; None where none is known.
 
     As the map was run, the weight is set at ``begins`` [rad/s], and the speed is raised,
     ``through`` stick-slip up to that speed [rad/s]; at the lightest weight
@@ -764,7 +763,7 @@ def _past_wall(maps: Graded, speed: float) -> WayIn:
     return WayIn(
         wall=(float(off["from"]), float(high)),
         passing_rate=estimate,
-        rate=None if estimate is None else SURE * estimate,
+        rate=off["sure_rate"] if off["to"] is not None else None,
         crosses=speed > off["from"],
     )
 

@@ -26,6 +26,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
 )
 from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.passing import SURE, least_sure_rate
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset, begun_above
 from nsdrill.models.numbers import FormatValue
@@ -154,7 +155,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                     else None
     ``off_bottom``  the same without weight on the bit, as the speed is raised off bottom:
                     the speeds ``from`` and ``to``, and the ``passing_rate``, None where
-                    there is none; None of a collar that does not reach the wall there
+                    there is none; and the ``sure_rate``, from which on every one passes though
+                    the bit lags behind the drive (:mod:`.passing`), None where none is
+                    known. None of a collar that does not reach the wall there
     ==============  =================================================================
 
     The onset of stick-slip has the ``weights`` at which it is passed over as well: see
@@ -203,7 +206,7 @@ def begun_by_speed(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "each": each,
                 **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else _range_of_bounce(points)),
                 "passing_rate": _passing_rate(points) if name == "wall_speed" else None,
-                "off_bottom": reached_off_bottom(points) if name == "wall_speed" else None,
+                "off_bottom": _passed_off_bottom(points) if name == "wall_speed" else None,
             }
         )
     return found
@@ -249,14 +252,45 @@ def _passing_rate(points: list[Corner]) -> float | None:
 
 def reached_off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
     """Where a string that turns without weight brings the collar to the wall, over all
-    corners, and how fast the speed must pass there."""
-    lifted = [Corner(replace(one.values, operation=(one.operation.depth, 0.0, one.speed))) for one in points]
-    begin = [one for one in lifted if _begins("wall_speed", one)]
-    ranges = [found for one in begin if (found := wall_speeds(*one.point))]
+    corners, ``from`` and ``to`` which speed; None where at none."""
+    ranges = [found for one in _lifted(points) if (found := wall_speeds(*one.point))]
     if not ranges:
         return None
     low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
-    return {"from": low, "to": high if math.isfinite(high) else None, "passing_rate": _passing_rate(begin)}
+    return {"from": low, "to": high if math.isfinite(high) else None}
+
+
+def _passed_off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
+    """The same, and how fast the speed must pass there."""
+    found = reached_off_bottom(points)
+    if found is None:
+        return None
+    begin = _lifted(points)
+    return {**found, "passing_rate": _passing_rate(begin), "sure_rate": _sure_rate(begin)}
+
+
+def _lifted(points: list[Corner]) -> list[Corner]:
+    """The corners without weight whose collar reaches the wall."""
+    lifted = [Corner(replace(one.values, operation=(one.operation.depth, 0.0, one.speed))) for one in points]
+    return [one for one in lifted if _begins("wall_speed", one)]
+
+
+def _sure_rate(points: list[Corner]) -> float | None:
+    """The rate [rad/s^2] from which on the speed passes at every corner, at all faster ones too; None
+    where none is known."""
+    sure = 0.0
+    strings: list[tuple[Parameters, float]] = []
+    for one in points:
+        string, wall = (one.parameters, float(one.operation.depth)), wall_speeds(*one.point)
+        if wall is None or string in strings:  # off bottom, the other axes change nothing
+            continue
+        strings.append(string)
+        estimate = passing_rate(*one.point)
+        rate = None if estimate is None else least_sure_rate(*one.point, wall, max(estimate, sure / SURE))
+        if rate is None:
+            return None
+        sure = rate
+    return sure
 
 
 def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:
