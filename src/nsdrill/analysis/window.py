@@ -245,10 +245,13 @@ def _stick_slip(maps: Classes) -> Answer:
 
 
 def _started_only(maps: Classes, up: int | None) -> int:
-    """At how many of the points at which stick-slip may last something else is met on the way up."""
-    if up is None:
+    """At how many of the points at which stick-slip may last something else is met on the way up, so that they are
+    free when started there only: of samples in each in which it may last."""
+    if up is None or "same" not in maps.grades.ways:
         return 0
-    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & (maps.bits_in[up] != 0)))
+    lasts = maps.grades.grades == Grade.STICKS_ON
+    alone = ~lasts | (maps.grades.bits[up] != 0)
+    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & alone.all(axis=-1)))
 
 
 def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
