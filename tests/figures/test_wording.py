@@ -158,7 +158,11 @@ CASES = {
     "only from above": (
         made(up=STICKS, down=["....sww"] * 5),
         "Nothing is safe brought up from below. 15 klbf and 80 rpm is free only when lowered from above; stick-slip "
-        "at 70 to 110 rpm.",
+        "at 70 to 110 rpm, whirl.",
+    ),
+    "what covers most stops first": (
+        made(up=["Bwwwwww"] * 5),
+        "Nothing is safe: whirl at 70 to 130 rpm, bit-bounce at 70 rpm.",
     ),
     "lowered only": (
         made(down=FREE),

@@ -1312,14 +1312,15 @@ def _greatest(values: Array) -> Cell:
 
 
 def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
-    """The responses on the way in, and from and to which value of x they occur."""
-    bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
+    """The responses on the way in that a severity does not allow, and from and to which value of x they occur;
+    those at the most points first."""
+    bits, values = maps.barred, maps.values(maps.x)
     found = []
     for name, one in responses_in(maps.results.attrs).items():
         at = np.flatnonzero((bits & one.bit > 0).any(axis=(0, 1)))
         if at.size:
-            found.append((name, float(values[at[0]]), float(values[at[-1]])))
-    return tuple(found)
+            found.append((int(np.count_nonzero(bits & one.bit)), (name, float(values[at[0]]), float(values[at[-1]]))))
+    return tuple(one for _, one in sorted(found, key=lambda of: -of[0]))
 
 
 def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
