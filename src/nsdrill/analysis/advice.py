@@ -147,6 +147,9 @@ class Recover:
     lowered to. None where no run below vibrates."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
+    only_at: tuple[str, float] | None = None
+    """The other axis and its value at the point, where the way down is not clear ``at`` the same value everywhere
+    else within the limits."""
 
 
 class First(StrEnum):
@@ -546,7 +549,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         lines=lines,
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
-        recover=_recover(maps, cell),
+        recover=_told_beside(maps, cell, _recover(maps, cell), ends),
         surface=_surface(maps, cell, ends),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
@@ -971,6 +974,22 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])), critical)
     bound = _bound_below(maps, cell, place, at)
     return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along, bound=bound)
+
+
+def _told_beside(maps: Graded, cell: Cell, found: Recover | None, ends: Mapping[str, Stretch]) -> Recover | None:
+    """How a vibration ends, with whether the way down tells so at the point alone, of all values of the other axis
+    that are within the limits."""
+    other = maps.y if found is not None and found.axis == maps.x else maps.x
+    if found is None or found.at is None or other is None or other not in ends:
+        return found
+    values, place = maps.values(other), 1 if other == maps.y else 2
+    column = int(np.argmin(np.abs(maps.values(found.axis) - found.at)))
+    at: list[int | slice] = [cell[0], column, column]
+    at[place] = slice(None)
+    clear = maps.labels[maps.ways.index("down")][tuple(at)][:, 0] == Label.CLEAR
+    inside = (values >= ends[other].low) & (values <= ends[other].high)
+    is_same = bool(clear[inside].all())
+    return found if is_same else replace(found, only_at=(other, float(values[cell[place]])))
 
 
 def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None:
@@ -1398,6 +1417,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "outcome": str(end.outcome),
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
+            "only_at": None if end.only_at is None else dict([end.only_at]),
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,

@@ -989,7 +989,15 @@ class Words:
         at = self.fmt.inwards(found.axis, 0.0, found.at)[1]
         if found.bound is not None and at <= (found.bound.value or 0.0):
             at = found.at
-        return self.fmt.value(found.axis, at)
+        return f"{self.fmt.value(found.axis, at)}{self._only_at()}"
+
+    def _only_at(self) -> str:
+        """At which value of the other axis alone a vibration ends there: `` at width 2``."""
+        found = self.advice.recover
+        if found is None or found.only_at is None:
+            return ""
+        axis = found.only_at[0]
+        return f" at {'' if axis in ORDER else f'{quantity(axis).words} '}{self.setting_of(axis)}"
 
     def _at_bound(self, bound: Border) -> str:
         found = self.advice.recover
