@@ -98,6 +98,15 @@ def test_what_is_lowered_from_above_is_no_hint_where_stick_slip_may_last():
     assert "STICK-SLIP MAY LAST at 2 points" in " ".join(warnings(summary, "si"))
 
 
+def test_no_point_is_free_when_lowered_to_where_steady_drilling_is_unstable():
+    """Stick-slip begins below 3.5 rad/s by itself, and lasts to 5.1; a way down that is free below that had not left
+    steady drilling yet."""
+    one = told(grid({"up": ["sssss."], "down": ["s....."]}, SPEEDS), [5.1], [3.5])
+    assert grades_of(one) == [[*3 * [Grade.CRITICAL], *2 * [Grade.ONLY_FROM_ABOVE], Grade.ANY_HISTORY]]
+    unknown = told(grid({"up": ["sssss."], "down": ["s....."]}, SPEEDS), [None], [None])
+    assert grades_of(unknown)[0][1:5] == 4 * [Grade.ONLY_FROM_ABOVE]
+
+
 def test_a_start_that_comes_free_between_two_that_stick_is_near_a_limit():
     found = grades_of(grid({"up": ["sssss."], "same": ["ss.s.."]}, SPEEDS))[0]
     assert found[2:5] == [Grade.BORDERLINE, Grade.CRITICAL, Grade.FROM_START]
