@@ -336,3 +336,25 @@ def test_the_file_says_the_same(shared):
     up, down = data["response"][:, 0, 0]
     assert sum(row["points"] for row in rows) == np.count_nonzero(up != down) > 0
     assert nsdrill.hysteresis(shared / "map.h5") == []
+
+
+def test_beside_an_interval_of_stick_slip_stands_what_the_model_tells():
+    """Runs change between two steps, and not where the motion does: a string lowered along unstable steady
+    drilling leaves it late, so that an end may lie inside of the interval of coexistence as well."""
+    study = {
+        "operation": {"depth": "3000 m", "wob": "60 kN"},
+        "modes": {"lateral": "frozen", "axial": "frozen"},
+        "initial": {"bit_speed": "0 rad/s"},
+        "simulation": {"transient": "60 s", "observe": "40 s"},
+        "sweep": {"rotary_speed": ["6 rad/s", "11 rad/s"], "procedure": "up-down"},
+    }
+    data = nsdrill.run(study, progress=False)
+    [row] = nsdrill.hysteresis(data)
+    assert (row["from"], row["to"], row["up"], row["down"]) == (6.0, 6.0, "stick_slip", "none")
+    assert 0.0 < row["by_model"]["unstable_to"] < 6.0 < row["by_model"]["lasts_to"] < 11.0
+    text = nsdrill.show(data)
+    assert "true ends lie outside" not in text
+    assert "runs change between such an end and the next point, up to 5 rad/s away" in text
+    assert "may lie some\n  steps away on either side" in text
+    unstable, lasts = (f"{row['by_model'][name]:.4g}" for name in ("unstable_to", "lasts_to"))
+    assert f"unstable below {unstable} rad/s, and stick-slip may last up to {lasts} rad/s" in text

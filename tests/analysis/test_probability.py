@@ -254,6 +254,20 @@ def test_by_severity():
     assert find_window(results, severity=2)["safe"] == 2
 
 
+def test_what_a_severity_allows_stops_nothing():
+    """At the first speed it whirls moderately, at the second it sticks severely."""
+    whirls, sticks = (np.array([[[[bits], [other]]]]) for bits, other in ((WHIRL, 0), (0, STICK_SLIP)))
+    results = made_up(whirls | sticks)
+    of = {"whirl_severity": whirls // WHIRL * 2, "stick_slip_severity": sticks // STICK_SLIP * 4}
+    grades = {name: grade[:, None].astype(np.int8) for name, grade in of.items()}
+    results = Results(results.coords, {**results.variables, **grades}, {}, (), results.drawn)
+    for severity, whirl in ((None, 1), (1, 1), (2, 0), (3, 0)):
+        window = find_window(results, severity)
+        assert (window["obstacles"]["whirl"], window["obstacles"]["stick_slip"]) == (whirl, 1), severity
+    run = Results({**results.coords, "sample": np.arange(1)}, results.variables, {}, (), results.drawn)
+    assert find_window(run, 2, 0.9)["obstacles"]["whirl"] == 0
+
+
 def test_a_stalled_run_is_never_safe_whatever_severity_is_allowed():
     """In half of the samples of the first speed the bit stalls; it has no severity."""
     response = np.zeros((1, 1, 2, 8), int)

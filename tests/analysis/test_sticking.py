@@ -66,6 +66,21 @@ def test_no_point_is_allowed_below_the_speed_to_which_stick_slip_once_started_la
     assert grades_of(alone) == [[*4 * [Grade.STICKS_ON], *2 * [Grade.FROM_START]]]
 
 
+def test_of_samples_no_point_is_free_when_started_there_only_where_nothing_was_started():
+    """Of two of three samples steady drilling is free where stick-slip may last, and one bounces: no run was
+    started at a point, so that nothing is free from such a start."""
+    drawings = [grid({"up": [line], "down": [line]}, SPEEDS) for line in ("......", "......", "BBBBBB")]
+    variables = {name: np.stack([one[name] for one in drawings], axis=-1) for name in drawings[0].variables}
+    coords = {**drawings[0].coords, "sample": np.arange(3, dtype=np.int32)}
+    found = find_window(told(Results(coords, variables, {}), [4.2]))
+    assert (found["stick_slip"]["points"], found["stick_slip"]["started"]) == (4, 0)
+    text = " ".join(warnings(found, "si"))
+    assert "STICK-SLIP MAY LAST at 4 points free in the sweep in some of the samples, as 1 to 4 rad/s" in text
+    assert "started there only" not in text
+    started = told(grid({"up": ["BBB..."], "same": ["......"], "down": ["......"]}, SPEEDS), [4.2])
+    assert find_window(started)["stick_slip"]["started"] == 3
+
+
 def test_a_start_at_the_point_shows_that_it_lasts_below_too():
     """Without a model: what was started at 4 rad/s sticks, so points up to there may."""
     one = grid({"up": ["s....."], "same": ["...s.."]}, SPEEDS)
@@ -81,6 +96,15 @@ def test_what_is_lowered_from_above_is_no_hint_where_stick_slip_may_last():
     summary = find_window(one)
     assert summary["answer"].point["rotary_speed"] >= 5.0
     assert "STICK-SLIP MAY LAST at 2 points" in " ".join(warnings(summary, "si"))
+
+
+def test_no_point_is_free_when_lowered_to_where_steady_drilling_is_unstable():
+    """Stick-slip begins below 3.5 rad/s by itself, and lasts to 5.1; a way down that is free below that had not left
+    steady drilling yet."""
+    one = told(grid({"up": ["sssss."], "down": ["s....."]}, SPEEDS), [5.1], [3.5])
+    assert grades_of(one) == [[*3 * [Grade.CRITICAL], *2 * [Grade.ONLY_FROM_ABOVE], Grade.ANY_HISTORY]]
+    unknown = told(grid({"up": ["sssss."], "down": ["s....."]}, SPEEDS), [None], [None])
+    assert grades_of(unknown)[0][1:5] == 4 * [Grade.ONLY_FROM_ABOVE]
 
 
 def test_a_start_that_comes_free_between_two_that_stick_is_near_a_limit():

@@ -159,7 +159,11 @@ CASES = {
     "only from above": (
         made(up=STICKS, down=["....sww"] * 5),
         "Nothing is safe brought up from below. 15 klbf and 80 rpm is free only when lowered from above; stick-slip "
-        "at 70 to 110 rpm.",
+        "at 70 to 110 rpm, whirl.",
+    ),
+    "what covers most stops first": (
+        made(up=["Bwwwwww"] * 5),
+        "Nothing is safe: whirl at 70 to 130 rpm, bit-bounce at 70 rpm.",
     ),
     "lowered only": (
         made(down=FREE),
@@ -181,6 +185,20 @@ CASES = {
     ),
     "all stalled": (made(up=["ttttttt"] * 5), "Nothing is safe: stalled at 70 to 130 rpm."),
 }
+
+
+@pytest.mark.parametrize("lightest", [".wwwwww", "wwwwwww"])
+def test_to_where_a_vibration_is_lowered_names_the_weight_where_it_lasts_at_another(lightest):
+    """Whirl ends at 70 rpm; within the limits it lasts there at the least weight, or nowhere."""
+    found = find_window(made(up=FREE, down=[lightest, *[".wwwwww"] * 4]))
+    advice, words, is_all = found["answer"], words_of(found, "field"), lightest == ".wwwwww"
+    assert advice.stay_within["wob"].low == WEIGHTS[0] < advice.point["wob"]
+    assert advice.recover.at == SPEEDS[0]
+    at = words.setting_of("wob")
+    text = " ".join([words.sentence(), *words.lines()])
+    assert ("lowered to 70 rpm" in text, f"lowered to 70 rpm at {at}" in text) == (True, not is_all), text
+    assert f"lower to 70 rpm{'' if is_all else f' at {at}'}, though" in text, text
+    assert advice.recover.only_at == (None if is_all else ("wob", advice.point["wob"]))
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -12,7 +12,7 @@ import pytest
 from models.installed import HERE, install, python
 from models.test_own_axes import SCRIPT, drilling, written
 from nsdrill.figures.style import SAFE_COLOUR
-from nsdrill.models.responses import RESPONSES, Response, own
+from nsdrill.models.responses import RESPONSES, Response, own, severity_levels, severity_words
 from nsdrill.variables import feature, fraction
 
 STUDIES = {
@@ -172,6 +172,17 @@ def test_a_window_by_severity_counts_their_grades(driven):
         allowed = (grades <= most) & ~leans
         assert found["safe"] == allowed.sum()
         assert (found["safe"] == 0) == (most == 0)
+
+
+def test_words_and_levels_of_severity_are_those_of_the_model():
+    """A swing is mild or hard, a lean has no severity, and a drill string has its own words."""
+    swing = own(Response("fast", feature="lift", threshold=1.0, limits={"mild": 1.0, "hard": 2.0}), MEASURED, 0, ())
+    lean = own(Response("leaning", feature="lift", threshold=1.0), MEASURED, 1, ())
+    assert [severity_words([swing, lean], level) for level in range(5)] == ["none", "mild", "hard", "hard", "hard"]
+    assert list(severity_levels([swing, lean])) == [1], "hard allows all that has a severity"
+    assert list(severity_levels([lean])) == []
+    string = RESPONSES.values()
+    assert (severity_words(string, 2), list(severity_levels(string))) == ("moderate", [1, 2, 3])
 
 
 def test_data_nsdrill_tells_where_a_run_shows_them(driven):

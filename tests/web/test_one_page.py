@@ -340,6 +340,13 @@ def test_stick_slip_that_gives_way_to_whirl_has_not_ended():
     assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in unknown
 
 
+def test_a_row_in_which_no_run_sticks_is_one_without_stick_slip_only_where_the_model_says_so():
+    """It whirls at all speeds, so that nothing is allowed; stick-slip may last all the same."""
+    whirls = made(WALL, up=["wwwwwww"] * 5)
+    assert "15 klbf none met whirl" in words(told(whirls, [None] * 5))
+    assert "15 klbf none whirl" in words(told(whirls, [0.0] * 5))
+
+
 def test_the_next_limit_names_what_the_map_paints_there():
     """At 90 rpm the way up whirls, and a start there sticks."""
     said = words(told(made(WALL, up=["s.w...."] * 5, same=["s.s...."] * 5), [to_si("95 rpm", "rad/s")] * 5))

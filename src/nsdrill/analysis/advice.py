@@ -146,6 +146,9 @@ class Recover:
     lowered to. None where no run below vibrates."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
+    only_at: tuple[str, float] | None = None
+    """The other axis and its value at the point, where the way down is not clear ``at`` the same value everywhere
+    else within the limits."""
 
 
 class First(StrEnum):
@@ -545,7 +548,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         lines=lines,
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
-        recover=_recover(maps, cell),
+        recover=_told_beside(maps, cell, _recover(maps, cell), ends),
         surface=_surface(maps, cell, ends),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
@@ -557,7 +560,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         yields=_all_yields(maps, cell),
         sticks_to=sticks_to(maps, cell),
         modelled=bool(maps.modelled is not None and maps.modelled[cell].all()),
-        started=names_of(0 if is_started else _started(maps, cell)),
+        started=names_of(0 if is_started else _started(maps, cell), responses_in(maps.results.attrs)),
         cell=cell,
         is_unreached=is_unreached,
         jump=jump,
@@ -974,6 +977,22 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
     return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along, bound=bound)
 
 
+def _told_beside(maps: Graded, cell: Cell, found: Recover | None, ends: Mapping[str, Stretch]) -> Recover | None:
+    """How a vibration ends, with whether the way down tells so at the point alone, of all values of the other axis
+    that are within the limits."""
+    other = maps.y if found is not None and found.axis == maps.x else maps.x
+    if found is None or found.at is None or other is None or other not in ends:
+        return found
+    values, place = maps.values(other), 1 if other == maps.y else 2
+    column = int(np.argmin(np.abs(maps.values(found.axis) - found.at)))
+    at: list[int | slice] = [cell[0], column, column]
+    at[place] = slice(None)
+    clear = maps.labels[maps.ways.index("down")][tuple(at)][:, 0] == Label.CLEAR
+    inside = (values >= ends[other].low) & (values <= ends[other].high)
+    is_same = bool(clear[inside].all())
+    return found if is_same else replace(found, only_at=(other, float(values[cell[place]])))
+
+
 def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None:
     """What lies below the place ``at`` to which a vibration is lowered: the nearest value at which a run on the way
     up or down is not clear."""
@@ -1313,14 +1332,15 @@ def _greatest(values: Array) -> Cell:
 
 
 def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
-    """The responses on the way in, and from and to which value of x they occur."""
-    bits, values = maps.bits_on(maps.way_in), maps.values(maps.x)
+    """The responses on the way in that a severity does not allow, and from and to which value of x they occur;
+    those at the most points first."""
+    bits, values = maps.barred, maps.values(maps.x)
     found = []
     for name, one in responses_in(maps.results.attrs).items():
         at = np.flatnonzero((bits & one.bit > 0).any(axis=(0, 1)))
         if at.size:
-            found.append((name, float(values[at[0]]), float(values[at[-1]])))
-    return tuple(found)
+            found.append((int(np.count_nonzero(bits & one.bit)), (name, float(values[at[0]]), float(values[at[-1]]))))
+    return tuple(one for _, one in sorted(found, key=lambda of: -of[0]))
 
 
 def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
@@ -1398,6 +1418,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "outcome": str(end.outcome),
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
+            "only_at": None if end.only_at is None else dict([end.only_at]),
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,

@@ -15,7 +15,7 @@ from nsdrill.analysis.grades import grades_of, labels_of, spread_of, sticking_of
 from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_starts
 from nsdrill.analysis.planes import Cell, along_axis, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
-from nsdrill.analysis.safety import known_runs
+from nsdrill.analysis.safety import barring, known_runs
 from nsdrill.data import WITHIN, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.records import dataclass
@@ -30,7 +30,8 @@ class Graded:
     None where no such axis is swept, and their length is then 1.
 
     ``labels`` and ``bits`` are [way, third, y, x, world], the :class:`Label` and the
-    responses of every run; a world is a sample, or a start. ``grades`` are
+    responses of every run, ``bars`` those of them that a severity does not allow; a world is a sample, or a start.
+    ``grades`` are
     [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set
     speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
     it does at none, and ``modelled`` whether the model says so and not the runs alone;
@@ -50,6 +51,7 @@ class Graded:
     along: str | None
     labels: Array
     bits: Array
+    bars: Array
     grades: Array
     sticks_to: Array | None = None
     modelled: Array | None = None
@@ -64,10 +66,11 @@ class Graded:
 
     def without(self, found: Mapping[Cell, int]) -> Graded:
         """These maps with cells that are critical after all, each with its responses as bits."""
-        grades, bits = np.array(self.grades), np.array(self.bits)
+        grades, bits, bars = np.array(self.grades), np.array(self.bits), np.array(self.bars)
         for cell, of_cell in found.items():
-            grades[cell], bits[(slice(None), *cell)] = Grade.CRITICAL, of_cell
-        return replace(self, grades=grades, bits=bits, in_trials=self.in_trials | found.keys())
+            grades[cell] = Grade.CRITICAL
+            bits[(slice(None), *cell)] = bars[(slice(None), *cell)] = of_cell
+        return replace(self, grades=grades, bits=bits, bars=bars, in_trials=self.in_trials | found.keys())
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for None."""
@@ -175,7 +178,14 @@ class Graded:
     def bits_on(self, way: str) -> Array:
         """The responses on a way, [third, y, x]: of samples those that may prevent that
         the confidence is reached, of starts those of any."""
-        bits = self.bits[self.ways.index(way)]
+        return self._responses(self.bits[self.ways.index(way)])
+
+    @cached_property
+    def barred(self) -> Array:
+        """Those on the way in that prevent that a point is allowed, [third, y, x]: none that a severity allows."""
+        return self._responses(self.bars[self.ways.index(self.way_in)])
+
+    def _responses(self, bits: Array) -> Array:
         if self.confidence is None:
             return np.asarray(np.bitwise_or.reduce(bits, axis=-1))
         critical = responses_in(self.results.attrs).values()
@@ -235,6 +245,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     along = carried_axis(results)
     labels = worlds(labels_of(results, severity))
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
+    bars = bits if severity is None else worlds(barring(results, severity))
     found = sticking_of(results, severity)
     about = (found.to, found.modelled, found.unstable, found.tried)
     to, modelled, unstable, tried = (worlds(part[None])[0] for part in about)
@@ -248,7 +259,19 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         if spread_of(results) is not None:  # of all that there may be these are some
             grades = np.where(grades == Grade.ANY_HISTORY, Grade.FROM_SOME, grades)
         return Graded(
-            results, *swept, along, starts[None], bits, grades, to, modelled, unstable, tried, share, outside=outside
+            results,
+            *swept,
+            along,
+            starts[None],
+            bits,
+            bars,
+            grades,
+            to,
+            modelled,
+            unstable,
+            tried,
+            share,
+            outside=outside,
         )
     samples = SAMPLE in results.coords
     return Graded(
@@ -257,6 +280,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         along,
         as_known(labels),
         bits,
+        bars,
         worlds(grades_of(results, severity)[None])[0],
         to,
         modelled,

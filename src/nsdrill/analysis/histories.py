@@ -162,6 +162,8 @@ class Ways:
                 ],
                 grades,
             )
+        # a run that was lowered there had not left steady drilling yet
+        grades = np.where((grades == Grade.ONLY_FROM_ABOVE) & self.unstable, Grade.CRITICAL, grades)
         allowed = is_allowed(grades)
         grades = np.select(
             [

@@ -86,13 +86,15 @@ def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     sweep differ, for every combination of the other axes; empty for any other sweep.
     Plain data, SI units.
 
-    ``from`` and ``to`` are the first and the last value that differ. The true end lies
-    outside, within the ``step`` of the axis there (the larger of those at the two
-    ends). Where the sweep ends or a point failed nothing bounds it, and ``open`` names
-    that end. ``up`` and ``down`` are the responses in the two directions, ``differs``
-    those of only one of them; ``up_whirl`` and ``down_whirl`` are the kinds of that
-    response in the interval. Of a model without responses, ``differs`` are the features by
-    which the two motions differ (:func:`apart`).
+    ``from`` and ``to`` are the first and the last value that differ: the runs change within
+    the ``step`` of the axis there (the larger of those at the two ends). The true end may lie
+    some steps away on either side, as motions near it grow or decay slowly. Where the sweep ends
+    or a point failed no run shows a change, and ``open`` names that end.
+
+    ``up`` and ``down`` are the responses in the two directions, ``differs`` those of only one of
+    them; ``up_whirl`` and ``down_whirl`` are the kinds of that response in the interval. Of a
+    model without responses, ``differs`` are the features by which the two motions differ
+    (:func:`apart`).
     """
     along = along or carried_axis(results)
     if along is None or not {"up", "down"} <= set(results.procedures):
@@ -202,8 +204,8 @@ def _rows(
 
 
 def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
-    """How far outside the interval its true ends may lie, and which ends are not
-    bounded."""
+    """Within which step outside the interval the runs change, and at which ends no run shows
+    that."""
     steps: list[float] = []
     open_ends: list[str] = []
     for name, point, outside in (

@@ -12,6 +12,8 @@ The state of a point follows from its grade (:mod:`nsdrill.analysis.histories`):
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from nsdrill.analysis.counts import BEYOND, Counts, knowledge
@@ -19,7 +21,7 @@ from nsdrill.analysis.graded import Graded, graded, least_share
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Planes, axes_or_refusal, planes_of, stretches
 from nsdrill.analysis.probability import probabilities_of
-from nsdrill.analysis.safety import DECIDING, RunSafety, known_runs, run_safety
+from nsdrill.analysis.safety import DECIDING, RunSafety, barring, known_runs, run_safety
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import SEVERITIES
@@ -35,8 +37,8 @@ class Classes:
     where no such axis is swept, and their length is then 1. Arrays are [third, y, x]:
 
     - ``state``: SAFE, HISTORY_DEPENDENT, CRITICAL or UNKNOWN; it follows from ``grades``;
-    - ``bits``: the responses that occur in any history; ``stops``: those that prevent
-      that a point is safe, on the way in, else on any;
+    - ``bits``: the responses that occur in any history, without those that a severity
+      allows; ``stops``: those that prevent that a point is safe, on the way in, else on any;
     - ``failed``: whether any history, or the check of a safe one, failed or has not
       run;
     - ``distrusted``: whether the checks of any history gave another response;
@@ -107,10 +109,10 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     planes = planes_of(results, *swept)
     runs, grades = run_safety(results, severity), graded(results, severity, confidence)
     if confidence is None:
-        found = _by_histories(results, runs, planes, grades)
+        found = _by_histories(results, severity, runs, planes, grades)
     else:
         found = _by_confidence(results, severity, confidence, planes, grades)
-    on_way_in = grades.bits_on(grades.way_in)
+    on_way_in = grades.barred
     return Classes(
         results,
         *swept,
@@ -125,7 +127,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     )
 
 
-def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
+def _by_histories(results: Results, severity: int | None, runs: RunSafety, planes: Planes, grades: Graded) -> Answer:
     """The fields of classes where the histories decide on a point."""
     by_history = np.isin(grades.grade, (Grade.BORDERLINE, Grade.STICKS_ON, Grade.FROM_SOME, Grade.ONLY_FROM_ABOVE))
     if grades.outside is not None:  # free, but only to pass
@@ -135,7 +137,7 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes, grades: Gra
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
     return {
         "state": np.select([grades.allowed, by_history, is_known], [SAFE, HISTORY_DEPENDENT, CRITICAL], UNKNOWN),
-        "bits": np.bitwise_or.reduce(bits_in, axis=0),
+        "bits": np.bitwise_or.reduce([planes(part[None]) for part in barring(results, severity)], axis=(0, -1)),
         "histories": planes(runs.safe).shape[-1],
         "bits_in": bits_in,
         "counts": Counts.over(planes(knowledge(results["status"], runs.safe | runs.unsafe)), -1),
@@ -155,10 +157,13 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(critical.values(), occurs, strict=True))
         return np.asarray(sum(bits))
 
-    procedures = len(results.coords["procedure"])
+    procedures, barred = len(results.coords["procedure"]), probabilities
+    if severity is not None:
+        bars = barring(results, severity).astype(results["response"].dtype)
+        barred = probabilities_of(replace(results, variables={**results.variables, "response": bars}), severity)
     return {
         "state": np.select([grades.allowed, grades.may_be], [SAFE, UNKNOWN], CRITICAL),
-        "bits": bits_of(probabilities.share[-1, 1:]),
+        "bits": bits_of(barred.share[-1, 1:]),
         "histories": procedures,
         "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
         "confidence": confidence,

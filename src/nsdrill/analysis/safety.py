@@ -67,6 +67,17 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     )
 
 
+def barring(results: Results, severity: int | None = None) -> Array:
+    """The response bits of every run that prevent that it is safe: with a ``severity`` none of a
+    response that it allows there."""
+    bits = np.where(known_runs(results), results["response"], 0).astype(int)
+    for one in responses_in(results.attrs).values() if severity is not None else ():
+        if one.severity is not None and one.severity.name in results.variables:
+            allowed = (results["status"] == OK) & (results[one.severity.name] <= severity)
+            bits = np.where(allowed, bits & ~one.bit, bits)
+    return bits
+
+
 def counts_of(results: Results, severity: int | None = None) -> Answer:
     """Of all runs of ``results`` how many are known, failed and pending, as plain data of
     :class:`nsdrill.analysis.counts.Counts`."""

@@ -23,7 +23,7 @@ from nsdrill.analysis.off_bottom import wall_off_bottom
 from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
-from nsdrill.analysis.safety import counts_of, needed, told_responses, unseen_responses
+from nsdrill.analysis.safety import counts_of, needed, run_safety, told_responses, unseen_responses
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
@@ -54,12 +54,12 @@ from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in, responses_in
-from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL
+from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL, severity_levels
 from nsdrill.variables import INFERRED, PENDING, SAMPLE, has_failed
 
 USUAL_CONFIDENCE = 0.9
 LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
-MILD = (1, 2)  # severities that may be allowed where nothing is free of vibration
+MILD = 2  # the greatest severity that is named where nothing is free of vibration
 NO_POINT = (Kind.NOTHING, Kind.UNKNOWN)  # the answers that name no allowed point
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # of confidence whose costs are listed
 
@@ -86,6 +86,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "confidence": confidence,
         "within": _within(maps),
         "answer": found,
+        "severities": _levels(results) if severity is None else None,
         "milder": _milder(results, severity, confidence, found),
         "grades": _grades(maps),
         **_samples(results),
@@ -245,10 +246,13 @@ def _stick_slip(maps: Classes) -> Answer:
 
 
 def _started_only(maps: Classes, up: int | None) -> int:
-    """At how many of the points at which stick-slip may last something else is met on the way up."""
-    if up is None:
+    """At how many of the points at which stick-slip may last something else is met on the way up, so that they are
+    free when started there only: of samples in each in which it may last."""
+    if up is None or "same" not in maps.grades.ways:
         return 0
-    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & (maps.bits_in[up] != 0)))
+    lasts = maps.grades.grades == Grade.STICKS_ON
+    alone = ~lasts | (maps.grades.bits[up] != 0)
+    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & alone.all(axis=-1)))
 
 
 def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
@@ -332,12 +336,24 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
     setting; None where there is none, or where one is ``found`` without."""
     if severity is not None or found.kind not in NO_POINT:
         return None
-    for level in MILD if all(name in results.variables for name in needed(0)) else ():
+    has_them = all(name in results.variables for name in needed(0, results.attrs))
+    levels = severity_levels(responses_in(results.attrs).values()) if has_them else ()
+    for level in (one for one in levels if one <= MILD):
         maps = classes(results, level, confidence)
         milder = replace(advise(maps.grades), severity=level)
         if milder.kind not in NO_POINT:
             return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(maps, milder))}
     return None
+
+
+def _levels(results: Results) -> list[int] | None:
+    """The levels of severity that allow some run more, but for the greatest, which allows all that have one; None of
+    results that have no severities, of which that is not known."""
+    if not all(name in results.variables for name in needed(0, results.attrs)):
+        return None
+    levels = severity_levels(responses_in(results.attrs).values())
+    free = run_safety(results).safe
+    return [level for level in levels if np.any(run_safety(results, level).safe & ~free)]
 
 
 def _bounce_untold(results: Results) -> float | None:

@@ -409,6 +409,19 @@ def ungraded(responses: Iterable[Response]) -> int:
     return sum(one.bit for one in responses if one.severity is None)
 
 
+def severity_words(responses: Iterable[Response], level: int) -> str:
+    """What the band of a ``level`` of severity of these responses is called: of own ones by their words, ``hard``, of
+    those of a drill string together by the common ones."""
+    graded = [one for one in responses if one.severity is not None]
+    bands = [one.bands if one.is_own else MILD_TO_SEVERE for one in graded] or [MILD_TO_SEVERE]
+    return " or ".join(dict.fromkeys(band[min(level, len(band) - 1)] for band in bands))
+
+
+def severity_levels(responses: Iterable[Response]) -> range:
+    """The levels that allow something and not everything: above none and below the greatest of these responses."""
+    return range(1, max((len(one.bands) for one in responses if one.severity is not None), default=1) - 1)
+
+
 def severity_labels(responses: Iterable[Response]) -> tuple[str, ...]:
     """The labels of severity of these responses."""
     return tuple(one.severity.name for one in responses if one.severity is not None)

@@ -348,9 +348,10 @@ def hysteresis(results: ResultsLike) -> list[Answer]:
     Returns
     -------
     list of dict
-        One for each interval, in SI units, as in ``nsdrill show --json``; empty for a sweep
-        that is not up-down. Of a model without responses, ``differs`` has the features by
-        which the two motions differ: by half a natural scale, or by 5 % of the time.
+        One for each interval, in SI units, as in ``nsdrill show --json``; empty for a sweep that is
+        not up-down. A true end may lie some steps of the axis away on either side. Of a model
+        without responses, ``differs`` has the features by which the two motions differ: by half a
+        natural scale, or by 5 % of the time.
 
     Raises
     ------
@@ -369,7 +370,7 @@ def hysteresis(results: ResultsLike) -> list[Answer]:
             "natural scales in which motions are compared; allowed: those of a model with responses, or of the model "
             "of a script, run with this version."
         )
-    return directions.hysteresis(found)
+    return summary.directions(found)
 
 
 def attractors(results: ResultsLike) -> list[Answer]:

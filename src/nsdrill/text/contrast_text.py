@@ -52,7 +52,7 @@ def sentence(found: Answer, units: str) -> str:
     """Where to run with b and with a, and what b wins and costs against a."""
     fmt, points = Formatter(units, found["windows"][0]["model"]), found["points"]
     a, b = found["names"]
-    safe = safe_words(found["windows"][0]["severity"])
+    safe = safe_words(found["windows"][0]["severity"], found["windows"][0]["model"])
     level, other = (window["confidence"] for window in found["windows"])
     if level is not None and level == other:
         safe += f" with a probability of {100 * level:g} %"

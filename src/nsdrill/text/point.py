@@ -46,14 +46,16 @@ def _probable(results: Results, severity: int | None) -> str:
     may_occur = {name: row for name, row in told.items() if row["probability"] != 0.0 or row["probability_low"]}
     others = sorted(may_occur, key=lambda name: -(told[name]["probability"] or 0.0))
     parts = [f"{responses_in(results.attrs)[name].words} {percent(told[name])}" for name in others]
-    return "; ".join([f"{safe_words(severity)} with a probability of {percent(safe)}", *parts])
+    return "; ".join(
+        [f"{safe_words(severity, model_in(results.attrs).name)} with a probability of {percent(safe)}", *parts]
+    )
 
 
 def _of_history(results: Results, severity: int | None) -> str:
     """What the runs of one procedure showed; of several starts in how many."""
     safety, runs = run_safety(results, severity), results["status"].size
     bits = np.where(known_runs(results), results["response"], 0).astype(int)
-    counts = {safe_words(severity): safety.safe}
+    counts = {safe_words(severity, model_in(results.attrs).name): safety.safe}
     counts |= {one.words: bits & one.bit > 0 for one in responses_in(results.attrs).values()}
     counts |= {"a failed run": safety.failed, "checks that disagree": safety.distrusted}
     numbers = {words: int(np.count_nonzero(is_there)) for words, is_there in counts.items()}

@@ -348,9 +348,28 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everythi
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
         step = value_text(axis, max(steps), units)
-        yield f"  The true ends lie outside, within one step of the axis: up to {step}."
+        yield f"  The runs change between such an end and the next point, up to {step} away. The true end may lie some"
+        yield "  steps away on either side, as motions near a limit grow or decay slowly: branches tell it."
+    yield from _by_model_lines(rows[:most], held, units)
     if any(row["open"] for row in rows):
-        yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
+        yield "  An end is open where the sweep ended or a point failed: no run shows a change there."
+
+
+def _by_model_lines(rows: list[Answer], held: list[str], units: str) -> Iterator[str]:
+    """What the model tells beside the ends of stick-slip, once for each setting."""
+    told = {}
+    for row in rows:
+        if (speeds := row.get("by_model")) is not None:
+            unstable, lasts = (
+                "every speed" if speed is None else value_text("rotary_speed", speed, units)
+                for speed in (speeds["unstable_to"], speeds["lasts_to"])
+            )
+            where = "".join(f" at {point_text({name: row[name]}, units)}" for name in held)
+            unstable = f"at {unstable}" if speeds["unstable_to"] is None else f"below {unstable}"
+            steady = "is stable" if speeds["unstable_to"] == 0.0 else f"is unstable {unstable}"
+            sticks = "does not last" if speeds["lasts_to"] == 0.0 else f"may last up to {lasts}"
+            told[where] = f"  By the model{where}: steady drilling {steady}, and stick-slip {sticks}."
+    yield from told.values()
 
 
 def _range_lines(ranges: Answer, units: str, known: int = 0) -> Iterator[str]:

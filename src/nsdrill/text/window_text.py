@@ -129,10 +129,13 @@ def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if "stalled" in occurring:
         yield "Where the bit stalls, no severity allows a run."
     if summary["severity"] is None and occurring - {"stalled"}:
-        yield (
-            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill classify` "
-            "moves the thresholds."
-        )
+        levels, moves = summary["severities"], "`nsdrill classify` moves the thresholds."
+        if levels:
+            first, *others = map(str, levels)
+            more = f" (or {', '.join(others)})" if others else ""
+            yield f"How bad they are, the severities say: --severity {first}{more} allows runs up to that; {moves}"
+        elif levels is not None:
+            yield f"No severity below the greatest allows more runs; {moves}"
 
 
 def _point(point: Answer, axes: Sequence[str | None], fmt: Formatter) -> str:

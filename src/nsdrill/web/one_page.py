@@ -409,6 +409,13 @@ def _is_untold(one: Sheet) -> bool:
     return bool(one.window["stick_slip"]["untried"])
 
 
+def _is_untold_in(one: Sheet, row: int) -> bool:
+    """Whether neither the model nor a start with the bit at rest tells at every point of a row whether stick-slip,
+    once started, lasts there."""
+    tried = one.maps.tried
+    return tried is not None and not bool(tried[one.plane, row].all())
+
+
 def _by_torsion_alone(one: Sheet, row: int) -> str:
     """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there."""
     maps = one.maps
@@ -635,11 +642,13 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 
     step, limits = end_of_sticking(one.whole, number, row), next_limits(one.whole, number, row)
     none = "not known" if _is_open(one, row) else "none"
-    ends = none if step is None else span(step) if step.next is not None else f"above {span(step)}"
-    if step is not None and step.last is None:
-        ends = f"from {ends}"
-    if maps.x == SPEED and (_is_untold(one) or (step is not None and not step.is_known)):
-        ends = "not known" if step is None else f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}"
+    is_untold = maps.x == SPEED and (_is_untold(one) or _is_untold_in(one, row))
+    ends = "none met" if is_untold and none == "none" else none
+    if step is not None:
+        ends = span(step) if step.next is not None else f"above {span(step)}"
+        ends = f"from {ends}" if step.last is None else ends
+    if step is not None and maps.x == SPEED and (is_untold or not step.is_known):
+        ends = f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:

@@ -27,12 +27,12 @@ from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
 from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, LUMPED, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
-from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES, Response
+from nsdrill.models.responses import RESPONSES, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trial_words
 from nsdrill.words.stick_slip_words import early_text, sticking_texts, stuck_through_text, unknown_end_text
-from nsdrill.words.values import Formatter, in_order, response_words
+from nsdrill.words.values import Formatter, in_order, of_severity, response_words
 from nsdrill.words.wording import Words
 
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
@@ -117,7 +117,7 @@ def would_help(summary: Answer, units: str, sentence: str = "") -> list[str]:
         model=summary["model"],
     )
     where = f"{words.setting()}{words.and_within()}"
-    allowed = MILD_TO_SEVERE[level]
+    allowed = of_severity(level, summary["model"])
     if milder["answer"].kind == Kind.HINT:
         return [*told, f"With {allowed} vibration allowed (--severity {level}) there is a hint only: {where}."]
     return [*told, f"Where {allowed} vibration is allowed (--severity {level}), run at {where}."]
@@ -346,17 +346,17 @@ def _of_low_side(summary: Answer) -> Iterator[str]:
 
 def _of_severity(summary: Answer) -> Iterator[str]:
     """That the answer allows less than was asked for, as a setting with less there is."""
-    asked, level = summary["severity"], summary["answer"].severity
+    asked, level, model = summary["severity"], summary["answer"].severity, summary["model"]
     if asked and level == asked and summary["answer"].point:
         yield (
-            f"THE SETTING MAY VIBRATE: {MILD_TO_SEVERE[asked]} vibration is allowed (--severity {asked}), at the "
+            f"THE SETTING MAY VIBRATE: {of_severity(asked, model)} vibration is allowed (--severity {asked}), at the "
             "setting and within its limits too. Free of vibration is what is allowed without that."
         )
     if asked is not None and level != asked and summary["answer"].point:
-        own = f"{MILD_TO_SEVERE[level]} vibration at most" if level else "free of vibration"
+        own = f"{of_severity(level, model)} vibration at most" if level else "free of vibration"
         yield (
             f"STRICTER THAN ASKED: the setting and its limits are {own}. The map and the table allow "
-            f"{MILD_TO_SEVERE[asked]} vibration."
+            f"{of_severity(asked, model)} vibration."
         )
 
 

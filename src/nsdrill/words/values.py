@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from nsdrill.analysis.counts import open_words
 from nsdrill.data import Answer
 from nsdrill.models.registry import described
-from nsdrill.models.responses import MILD_TO_SEVERE
+from nsdrill.models.responses import severity_words
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si, to_si
 from nsdrill.variables import MODEL
@@ -208,8 +208,13 @@ def response_words(names: Iterable[str], model: str = MODEL) -> str:
     return ", ".join(responses[name].words for name in names)
 
 
-def safe_words(severity: int | None) -> str:
-    """``safe``, with the vibration that a ``severity`` allows."""
+def of_severity(level: int, model: str = MODEL) -> str:
+    """The word of the ``model`` for a level of severity: ``moderate``."""
+    return severity_words(described(model).critical.values(), level)
+
+
+def safe_words(severity: int | None, model: str = MODEL) -> str:
+    """``safe``, with the vibration that a ``severity`` of the ``model`` allows."""
     if severity is None:
         return "safe"
-    return f"safe ({f'vibration up to {MILD_TO_SEVERE[severity]}' if severity else 'no vibration'} allowed)"
+    return f"safe ({f'vibration up to {of_severity(severity, model)}' if severity else 'no vibration'} allowed)"

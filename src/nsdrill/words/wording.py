@@ -28,11 +28,10 @@ from nsdrill.analysis.untried import Jump
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.registry import described
-from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trial_words
-from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, reached
+from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, of_severity, reached
 
 MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
@@ -173,7 +172,11 @@ class Words:
         """What an allowed point is."""
         if self.severity is None:
             return "free of vibration"
-        return f"with {MILD_TO_SEVERE[self.severity]} vibration at most" if self.severity else "without any vibration"
+        return (
+            f"with {of_severity(self.severity, self.fmt.model)} vibration at most"
+            if self.severity
+            else "without any vibration"
+        )
 
     def setting(self) -> str:
         """``25 klbf and 100 rpm``, with a third axis ``with soft torque``."""
@@ -662,15 +665,21 @@ class Words:
         return f" at {' and '.join(ends)}" if ends else ""
 
     def _stopped(self, text: str, after: str = "") -> str:
-        """The ``text`` with what stops it, as much as there are words for beside what comes ``after``."""
-        found = [
-            f"{_NEAR[name] if name in _NEAR else self.responses[name].words} at "
-            f"{self.fmt.range(self.along, [low, high])}"
-            for name, low, high in (*self.advice.stops, *self.advice.near)
+        """The ``text`` with what stops it, beside what comes ``after``: the first with where it does, of the last no
+        more than the name, as far as there are words."""
+        names = [
+            _NEAR[name] if name in _NEAR else self.responses[name].words
+            for name, *_ in (*self.advice.stops, *self.advice.near)
         ]
-        while len(found) > 1 and len(f"{text} {', '.join(found)} {after}".split()) > MOST_WORDS:
-            found.pop()
-        return f"{text} {', '.join(found) or 'every point is unknown'}. {after}".rstrip()
+        found = [
+            f"{words} at {self.fmt.range(self.along, [low, high])}"
+            for words, (_, low, high) in zip(names, (*self.advice.stops, *self.advice.near), strict=True)
+        ]
+        number = len(found)
+        parts = [[*found[:placed], *names[placed:]] for placed in range(number, 0, -1)]
+        parts += [found[:1] + names[1:told] for told in range(number - 1, 0, -1)]
+        told = (", ".join(part) for part in parts) if found else ("every point is unknown",)
+        return first_short(*(f"{text} {one}. {after}".rstrip() for one in told))
 
     # The lines beside it.
 
@@ -980,7 +989,15 @@ class Words:
         at = self.fmt.inwards(found.axis, 0.0, found.at)[1]
         if found.bound is not None and at <= (found.bound.value or 0.0):
             at = found.at
-        return self.fmt.value(found.axis, at)
+        return f"{self.fmt.value(found.axis, at)}{self._only_at()}"
+
+    def _only_at(self) -> str:
+        """At which value of the other axis alone a vibration ends there: `` at width 2``."""
+        found = self.advice.recover
+        if found is None or found.only_at is None:
+            return ""
+        axis = found.only_at[0]
+        return f" at {'' if axis in ORDER else f'{quantity(axis).words} '}{self.setting_of(axis)}"
 
     def _at_bound(self, bound: Border) -> str:
         found = self.advice.recover

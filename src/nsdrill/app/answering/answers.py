@@ -121,12 +121,7 @@ def results_for_window(source: Source, severity: int | None = None, within: obje
     values; of a file only that is read."""
 
     def names(attrs: Attributes) -> tuple[str, ...]:
-        return (
-            *(needed(severity, attrs) if severity is not None else ()),
-            *USES,
-            *of_labels(attrs),
-            *of_scripts(attrs),
-        )
+        return (*needed(0, attrs), *USES, *of_labels(attrs), *of_scripts(attrs))
 
     results = sweep_in(source, "window", ("status", "response"), names)
     check_severity(results, severity, path_of(source))

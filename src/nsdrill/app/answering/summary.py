@@ -58,7 +58,8 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import check as checking
     from nsdrill.app import experiment as experiments
     from nsdrill.app import labelling
-    from nsdrill.app.answering import answers, attractor_summary, early_ends
+    from nsdrill.app.answering import answers, attractor_summary, early_ends, stick_slip_end
+    from nsdrill.app.answering.kept import kept
     from nsdrill.app.running import grouping
     from nsdrill.app.running import refinement as refining
     from nsdrill.study import load as loading
@@ -144,7 +145,7 @@ def _summarize_results(results: Results) -> Answer:
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
         return summary | starts | {"operating_points": attractor_summary.attractors(results)}
     else:
-        summary["hysteresis"] = hysteresis(results)
+        summary["hysteresis"] = directions(results)
         summary["compared"] = not_compared(results)
         if model_in(results.attrs).drills:
             summary[ENDS_EARLY] = early_ends.stick_slip_ends(results)
@@ -155,6 +156,28 @@ def _summarize_results(results: Results) -> Answer:
     if (chain := chain_of(results)) is not None and chain.is_part:
         summary["chain"] = chain.as_data()
     return summary
+
+
+def directions(results: Results, along: str | None = None) -> list[Answer]:
+    """The intervals of :func:`nsdrill.analysis.hysteresis.hysteresis`; those along the speed in which
+    stick-slip is met in one direction only have ``by_model``, where the model tells it: the set speeds
+    below which steady drilling is unstable, and up to which stick-slip may last, null without an end."""
+    rows = hysteresis(results, along)
+    sticks = [row for row in rows if row["axis"] == "rotary_speed" and "stick_slip" in row["differs"]]
+    lasts = None
+    if sticks:
+        with suppress(NsdrillError):
+            lasts = kept("stick_slip", results, None, lambda: stick_slip_end.stick_slip_lasts(results))
+    if lasts is None:
+        return rows
+    lengths = [len(results.coords[name]) for name in lasts["over"]]
+    for row in sticks:
+        place = [results.coords[name].tolist().index(row[name]) for name in lasts["over"]]
+        number = int(np.ravel_multi_index(place, lengths)) if place else 0
+        speeds = {name: lasts[name][number] for name in ("unstable_to", "lasts_to")}
+        if None not in speeds.values():
+            row["by_model"] = {name: speed if isinstance(speed, float) else None for name, speed in speeds.items()}
+    return rows
 
 
 def _told(results: Results, warnings: Callable[[Study], dict[str, list[str]]]) -> dict[str, list[str]]:
