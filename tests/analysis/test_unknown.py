@@ -174,7 +174,9 @@ def test_no_point_of_a_map_becomes_safe(pair, severity, confidence):
     before, after = (classes(one, severity, confidence_of(one, confidence)) for one in pair)
     safe, safe_after = before.state == SAFE, after.state == SAFE
     assert not np.any(safe_after & ~safe)
-    assert not np.any(safe_after & before.unsettled & ~after.unsettled & ~after.failed), (
+    # a lesser grade, as none that holds after any history, may rest on fewer runs
+    is_as_good = after.grades.grade >= before.grades.grade
+    assert not np.any(safe_after & before.unsettled & ~after.unsettled & ~after.failed & is_as_good), (
         "it settles, or a run is not known"
     )
     # a point that can no longer be called critical is not known
