@@ -204,7 +204,11 @@ EDITS = {
     ),
     "a rock": ("models/segments/rock.py", "closing + 1.0", "closing + 2.0", "segments", "right_hand_side"),
     "what segments show": (
-        *("models/segments/observed.py", "(phase + set_speed", "(phase + 2.0 * set_speed", "segments", "observer"),
+        *("models/segments/observed.py", "n.drive_speed - n.set_speed", "n.drive_speed - 2.0 * n.set_speed"),
+        *("segments", "observer"),
+    ),
+    "the angle of a bit that turns": (
+        *("models/turning.py", "(phase + set_speed", "(phase + 2.0 * set_speed", "segments", "observer"),
     ),
     "equations of the beam": (
         *("models/beam/equations.py", "float(n**2) * p.structural", "float(n**3) * p.structural"),
