@@ -100,7 +100,7 @@ def deviation_watch(lanes: int, is_roessler: bool) -> tuple[Any, Any]:
     def measure(b):
         pass
 
-    landing = make_landing(lanes, ROWS, STEPPERS["tsitouras"], len(GROWTH), measure, tangent, 0)
+    landing = make_landing(lanes, ROWS, STEPPERS["tsitouras"], len(GROWTH), measure, tangent, 0, True)
 
     @compiled(OBSERVER)
     def observe(b, store):

@@ -243,10 +243,14 @@ def _hash(node: Node) -> int:
     return object.__hash__(node)
 
 
+_refusing = False  # values as keys, while equations run: from the first script on
+
+
 def refuse_keys() -> None:
-    """Refuse values as keys from now on: where a script is read, as this takes longer than the
-    hash that a node has."""
-    Node.__hash__ = _hash  # type: ignore[assignment,method-assign]
+    """Refuse values as keys of equations from now on: where a script is read, as this takes longer
+    than the hash that a node has."""
+    global _refusing
+    _refusing = True
 
 
 @contextmanager
@@ -271,6 +275,8 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
     watcher = threading.Thread(target=watch, daemon=True, name=f"watching {name}")
     watcher.start()
     outer, _reading[thread] = _reading.get(thread), graph
+    if _refusing:
+        Node.__hash__ = _hash  # type: ignore[assignment,method-assign]
     try:
         with output_to(refuse):
             yield
@@ -278,6 +284,8 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
         del _reading[thread]
         if outer is not None:
             _reading[thread] = outer
+        if not _reading:  # another thread may still read
+            Node.__hash__ = object.__hash__  # type: ignore[assignment,method-assign]
         ended.set()
         watcher.join()
 
