@@ -17,7 +17,7 @@ from nsdrill import api
 from nsdrill.analysis.counts import AFTER_FAILURE, TOP_SPEED, TURNED, after_failure, is_off_speed
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.safety import unseen_responses
-from nsdrill.analysis.unstable import FOLLOWED, is_unstable, motion_of, observed_for, resting
+from nsdrill.analysis.unstable import FOLLOWED, resting, unstable_in
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
@@ -279,12 +279,8 @@ class Accessor:
         status = self._status()
         names = [*FOLLOWED, *resting(model_in(self._data.attrs))]
         there = {name: self._data[name].transpose(*status.dims).values for name in names if name in self._data}
-        motion = motion_of(there, self._data.attrs)
-        if motion is None or any(name not in there for name in FOLLOWED[1:]):
-            return status.copy(data=np.zeros(status.shape, dtype=bool))
-        exponent, error = (there[name] for name in FOLLOWED[1:])
-        found = is_unstable(motion, exponent, error, observed_for(self._data.attrs))
-        return status.copy(data=found) & (status == OK)
+        found = unstable_in(there, self._data.attrs)
+        return status.copy(data=np.zeros(status.shape, dtype=bool) if found is None else found) & (status == OK)
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

@@ -238,16 +238,18 @@ def test_the_written_study_tells_of_samples_that_failed():
     assert "NOT SETTLED" not in told[1]
 
 
+DAMPED = """\
+model: torsion
+operation: {depth: 2000 m, wob: 60 kN}
+drillstring: {torsional_damping: 25 N*m*s/rad}
+simulation: {transient: 100 s, observe: 60 s}
+uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.1, 0.5]}}
+"""
+
+
 def test_samples_that_failed_leave_the_intervals_not_known(call):
     """With 6000 steps some samples fail, and the intervals may then leave out the truth, 0.5."""
-    study = """
-    model: torsion
-    operation: {depth: 2000 m, wob: 60 kN}
-    drillstring: {torsional_damping: 25 N*m*s/rad}
-    simulation: {transient: 100 s, observe: 60 s}
-    uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.1, 0.5]}}
-    """
-    Path("study.yaml").write_text(study, encoding="utf-8")
+    Path("study.yaml").write_text(DAMPED, encoding="utf-8")
     Path("field.csv").write_text(
         "rotary_speed [rad/s], surface_torque_max [N m], surface_torque_min [N m], bit_speed_max [rad/s]\n"
         "6, 5766.0, -1269.8, 13.065\n10, 2493.4, 1922.1, 10.580\n16, 2537.0, 2136.1, 16.412\n",
@@ -367,14 +369,7 @@ def test_a_fit_without_a_match_writes_so_into_the_study(call):
 
 def test_what_no_run_gives_determines_nothing(call):
     """Torques that are ten times too great, as in another unit: narrow intervals about them are no knowledge."""
-    study = """
-    model: torsion
-    operation: {depth: 2000 m, wob: 60 kN}
-    drillstring: {torsional_damping: 25 N*m*s/rad}
-    simulation: {transient: 100 s, observe: 60 s}
-    uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}, bit.friction.dynamic: {uniform: [0.1, 0.5]}}
-    """
-    Path("study.yaml").write_text(study, encoding="utf-8")
+    Path("study.yaml").write_text(DAMPED, encoding="utf-8")
     Path("field.csv").write_text("rotary_speed [rad/s], surface_torque_max [N m]\n10, 24934\n16, 25370\n")
     fit = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
     told, note = call(*fit, "-o", "adjusted.yaml", "--overwrite").out, json.loads(call(*fit, "--json").out)

@@ -31,13 +31,22 @@ def unstable(results: Results) -> Array:
     """Which of the runs that ended well rest or repeat, while a deviation from them grew over
     the observation, of one that repeats tenfold at least: bool on the grid. Nowhere in results
     without exponents."""
-    has_exponent = all(name in results.variables for name in FOLLOWED[1:])
-    motion = motion_of(results.variables, results.attrs) if has_exponent else None
-    if motion is None:
+    found = unstable_in(results.variables, results.attrs)
+    if found is None:
         return np.zeros(results.shape, dtype=bool)
-    exponent, error = (np.asarray(results[name]) for name in FOLLOWED[1:])
-    found = is_unstable(motion, exponent, error, observed_for(results.attrs))
     return np.asarray((np.asarray(results["status"]) == OK) & found)
+
+
+def unstable_in(variables: Mapping[str, Any], attrs: Attributes) -> Array | None:
+    """The rule of :func:`unstable`, of results with these ``variables`` and root attributes, whatever
+    became of the runs; None of those without exponents."""
+    if any(name not in variables for name in FOLLOWED[1:]):
+        return None
+    motion = motion_of(variables, attrs)
+    if motion is None:
+        return None
+    exponent, error = (np.asarray(variables[name]) for name in FOLLOWED[1:])
+    return is_unstable(motion, exponent, error, observed_for(attrs))
 
 
 def resting(model: Description) -> tuple[str, ...]:

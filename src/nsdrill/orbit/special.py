@@ -268,7 +268,7 @@ def multiplier_counts(orbit: Orbit) -> tuple[int, int, int]:
     """The numbers of nontrivial multipliers that are real and above 1, real and below
     -1, and complex and outside the unit circle."""
     multipliers = orbit.nontrivial
-    is_real = np.abs(multipliers.imag) <= REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)
+    is_real = ~_is_complex(multipliers)
     value = multipliers.real
     above, below = int(np.sum(is_real & (value > 1.0))), int(np.sum(is_real & (value < -1.0)))
     return above, below, int(np.sum(~is_real & (np.abs(multipliers) > 1.0)))
@@ -299,25 +299,18 @@ def _signed_distance(shift: float) -> Callable[[Point], float]:
     return value
 
 
-def _pair_margin(rank: int) -> Callable[[Point], float]:
-    """A function of points: the modulus less 1 of the complex multiplier of this
-    ``rank``, from 0 for the largest."""
+def _is_complex(multipliers: Array) -> Array:
+    """Which multipliers are those of a pair."""
+    return np.asarray(np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0))
+
+
+def _margin(rank: int, *, of_pairs: bool = False) -> Callable[[Point], float]:
+    """A function of points: the modulus less 1 of the nontrivial multiplier of this
+    ``rank``, from 0 for the largest; of those ``of_pairs`` alone."""
 
     def value(point: Point) -> float:
         multipliers = point.found.nontrivial
-        pairs = multipliers[np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)]
-        moduli = np.sort(np.abs(pairs))[::-1]
-        return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
-
-    return value
-
-
-def _margin(rank: int) -> Callable[[Point], float]:
-    """A function of points: the modulus less 1 of the nontrivial multiplier of this
-    ``rank``, from 0 for the largest."""
-
-    def value(point: Point) -> float:
-        moduli = np.sort(np.abs(point.found.nontrivial))[::-1]
+        moduli = np.sort(np.abs(multipliers[_is_complex(multipliers)] if of_pairs else multipliers))[::-1]
         return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
 
     return value
@@ -330,7 +323,7 @@ def _label_of_rank(rank: int, pair: int) -> Callable[[Point], int]:
     def label(point: Point) -> int:
         multipliers = point.found.nontrivial
         critical = multipliers[np.argsort(-np.abs(multipliers))[rank]]
-        if abs(critical.imag) > REAL_TOLERANCE * max(abs(critical), 1.0):
+        if _is_complex(critical):
             return pair
         return BRANCH if critical.real > 0.0 else DOUBLING
 
@@ -374,7 +367,7 @@ def _bifurcations(
     if (above1 + above2) % 2 and not is_fold:
         functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
     if out1 != out2 and above1 == above2 and below1 == below2:
-        functions.append(TestFunction(pair, _pair_margin(min(out1, out2))))
+        functions.append(TestFunction(pair, _margin(min(out1, out2), of_pairs=True)))
     outside = above1 + below1 + out1, above2 + below2 + out2
     if not functions and not is_fold and outside[0] != outside[1]:
         # several at once, as a symmetry makes them, or a pair that has met on the real axis since

@@ -39,7 +39,6 @@ from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
 from nsdrill.data import (
     ENDS_EARLY,
-    WITHIN,
     Answer,
     Array,
     Attributes,
@@ -109,10 +108,7 @@ class Sheet:
     @cached_property
     def whole(self) -> Graded:
         """The maps with what is not drilled, too: a limit that was met there is one."""
-        attrs = {name: value for name, value in self.results.attrs.items() if name != WITHIN}
-        if len(attrs) == len(self.results.attrs):
-            return self.maps
-        return graded(replace(self.results, attrs=attrs), self.severity, self.window["confidence"])
+        return replace(self.maps, outside=None)
 
     @cached_property
     def orders(self) -> Orders:

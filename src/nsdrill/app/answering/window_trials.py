@@ -77,18 +77,21 @@ def tried(
     found = replace(found, nothing=mapped and advice.kind == Kind.NOTHING)
     nothing = advice.narrow or advice.kind == Kind.NOTHING
     within = {axis: (low, high) for axis, (low, high) in json.loads(results.attrs.get(WITHIN, "{}")).items()}
+
+    def changes_at(place: dict[str, float]) -> Changed:
+        weights = _weights(results, severity, place, within.get("wob"), motions)
+        return Changed(motions, place, results.coords["rotary_speed"], severity, within, weights)
+
     changed, later, is_open = None, None, advice.cell is not None and advice.kind != Kind.NOTHING
     if nothing and "rotary_speed" in results.swept:
         place = _values(summary, results, motions, advice)
         if advice.kind == Kind.HINT and "wob" in results.swept:  # there it is free already
             place["wob"] = _middle(results.coords["wob"], within.get("wob"))
-        weights = _weights(results, severity, place, within.get("wob"), motions)
-        changed = Changed(motions, place, results.coords["rotary_speed"], severity, within, weights)
+        changed = changes_at(place)
         found = replace(found, wob=place["wob"])
     elif is_open and "rotary_speed" in results.swept:  # where trials withdraw it
         place = _values(summary, results, motions, advice)
-        weights = _weights(results, severity, place, within.get("wob"), motions)
-        later = Changed(motions, place, results.coords["rotary_speed"], severity, within, weights)
+        later = changes_at(place)
     if (priced := changed or later) is not None:
         told.foresee(priced, is_sure=changed is not None, is_first=not is_open)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.early_end import SPEED
 from nsdrill.app.check import checks_of
-from nsdrill.data import Answer, Array
+from nsdrill.data import Answer, Array, evenly_spaced
 from nsdrill.models.parts import values_at
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def two_motions(study: Study, measured: Measured, unknowns: Mapping[str, Array])
     own = {name: np.full(measured.points, float(value)) for name, value in vars(study.operation).items()}
     table = own | dict(measured.at)
     _, first = np.unique(np.column_stack([*table.values()]), axis=0, return_index=True)
-    points = first[np.unique(np.linspace(0, len(first) - 1, min(len(first), MOST_POINTS)).round().astype(int))]
+    points = evenly_spaced(first.tolist(), MOST_POINTS)
     count = min(len(next(iter(unknowns.values()))), MOST_SAMPLES)
     settings = [
         {key: float(values[point]) for key, values in table.items()}
