@@ -1,6 +1,7 @@
 """Frozen classes are those of the standard library, made in less time."""
 
 import dataclasses
+import inspect
 import re
 from dataclasses import field
 from pathlib import Path
@@ -45,10 +46,22 @@ def classes(dataclass):
     class Nothing:
         pass
 
-    return Plain, Below, ByIdentity, One, Own, Nothing
+    @dataclass(frozen=True)
+    class Derived:
+        a: int
+        b: int = field(init=False)
+        c: list = field(init=False, default_factory=list, hash=False)
+        d: int = field(init=False, default=4)
+        e: int = field(kw_only=True, default=5)
+        f: tuple = field(kw_only=True, default_factory=tuple)
+
+        def __post_init__(self):
+            object.__setattr__(self, "b", 2 * self.a)
+
+    return Plain, Below, ByIdentity, One, Own, Nothing, Derived
 
 
-@pytest.mark.parametrize("which", range(6))
+@pytest.mark.parametrize("which", range(7))
 def test_they_do_the_same(which):
     made = [classes(dataclass)[which] for dataclass in (dataclasses.dataclass, records.dataclass)]
     given = {} if which == 5 else {"a": 1}
@@ -59,6 +72,10 @@ def test_they_do_the_same(which):
     if which != 2:
         assert [hash(one) for one in ours] == [hash(one) for one in theirs]
     assert [one.name for one in dataclasses.fields(made[1])] == [one.name for one in dataclasses.fields(made[0])]
+    assert inspect.signature(made[1]).parameters.keys() == inspect.signature(made[0]).parameters.keys()
+    assert [one.kind for one in inspect.signature(made[1]).parameters.values()] == [
+        one.kind for one in inspect.signature(made[0]).parameters.values()
+    ]
     with pytest.raises(dataclasses.FrozenInstanceError):
         ours[0].a = 3
     if given:
@@ -75,9 +92,23 @@ def test_what_is_compared_and_what_is_shown():
     assert hash(plain(1, e=[1])) == hash(plain(1))
 
 
-def test_three_functions_of_a_frozen_class_are_not_compiled_for_it():
+def test_what_is_below_a_frozen_class_has_further_attributes_only():
+    class Further(classes(records.dataclass)[1]):
+        pass
+
+    one = Further(1)
+    one.g = 7
+    assert one.g == 7
+    del one.g
+    for act in (lambda: setattr(one, "f", 3), lambda: setattr(one, "a", 3), lambda: delattr(one, "a")):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            act()
+
+
+def test_five_functions_of_a_frozen_class_are_not_compiled_for_it():
     plain = classes(records.dataclass)[0]
-    assert {plain.__eq__.__code__.co_filename, plain.__hash__.__code__.co_filename} == {records.__file__}
+    others = (plain.__eq__, plain.__hash__, plain.__setattr__, plain.__delattr__)
+    assert {one.__code__.co_filename for one in others} == {records.__file__}
     assert plain.__init__.__code__.co_filename == "<string>"
 
 
