@@ -105,6 +105,38 @@ def test_what_is_below_a_frozen_class_has_further_attributes_only():
             act()
 
 
+def test_frozen_classes_of_either_kind_stand_above_each_other():
+    theirs, ours = (classes(dataclass)[0] for dataclass in (dataclasses.dataclass, records.dataclass))
+    for above, dataclass in ((theirs, records.dataclass), (ours, dataclasses.dataclass)):
+
+        @dataclass(frozen=True)
+        class Below(above):
+            f: int = 6
+
+        one = Below(1, f=7)
+        assert (one.a, one.b, one.f) == (1, "two", 7)
+        assert one == Below(1, f=7) != Below(2, f=7)
+        for name in ("a", "f"):
+            with pytest.raises(dataclasses.FrozenInstanceError):
+                setattr(one, name, 3)
+
+    @dataclasses.dataclass
+    class Loose:
+        a: int
+
+    with pytest.raises(TypeError, match="non-frozen"):
+
+        @records.dataclass(frozen=True)
+        class Wrong(Loose):
+            b: int = 1
+
+    with pytest.raises(TypeError, match="frozen"):
+
+        @dataclasses.dataclass
+        class AlsoWrong(ours):
+            b: int = 1
+
+
 def test_five_functions_of_a_frozen_class_are_not_compiled_for_it():
     plain = classes(records.dataclass)[0]
     others = (plain.__eq__, plain.__hash__, plain.__setattr__, plain.__delattr__)

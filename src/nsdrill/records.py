@@ -24,7 +24,7 @@ else:
 
         def made(cls):
             own = vars(cls)
-            found = dataclasses.dataclass(init=False, eq=False, repr=False, **options)(cls)
+            found = _with_fields(cls, options)
             fields = dataclasses.fields(found)
             if "__init__" not in own:
                 found.__init__ = _init_of(found)
@@ -41,6 +41,23 @@ else:
             return found
 
         return made if cls is None else made(cls)
+
+
+def _with_fields(cls: Any, options: dict[str, Any]) -> Any:
+    """The class with its fields, which says of itself that it is frozen. The standard library
+    would compile for that, so it is to see neither this class nor those above it as frozen."""
+    above = [vars(one)["__dataclass_params__"] for one in cls.__mro__[1:] if "__dataclass_params__" in vars(one)]
+    if any(not one.frozen for one in above):
+        raise TypeError("cannot inherit frozen dataclass from a non-frozen one")
+    try:
+        for one in above:
+            one.frozen = False
+        found = dataclasses.dataclass(init=False, eq=False, repr=False, **options)(cls)
+    finally:
+        for one in above:
+            one.frozen = True
+    found.__dataclass_params__.frozen = True
+    return found
 
 
 def _init_of(cls: Any) -> Callable[..., None]:

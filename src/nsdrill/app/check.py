@@ -18,6 +18,7 @@ import numpy as np
 from nsdrill.analysis.clocked import CLOCKED, clocked_words
 from nsdrill.analysis.counts import ERRORS_ALONE, TOLERANCES, guessed_words
 from nsdrill.app.experiment import Experiment, coarse_points, maker_of, prepare
+from nsdrill.app.usual import far_from_usual
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
@@ -27,7 +28,17 @@ from nsdrill.models import cutting, friction
 from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.model_description import Description
-from nsdrill.models.numbers import LATE, LOOSE, NOT_EXACT, PULSE, TOO_SHORT, begins_late, few_peaks, few_periods
+from nsdrill.models.numbers import (
+    LATE,
+    LOOSE,
+    NOT_EXACT,
+    PULSE,
+    TOO_SHORT,
+    UNUSUAL,
+    begins_late,
+    few_peaks,
+    few_periods,
+)
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
@@ -275,7 +286,7 @@ def operation_of(study: Study) -> Any:
 def warnings(study: Study, units: str = "si", experiment: Experiment | None = None) -> list[str]:
     """The warnings over the whole sweep of a ``study`` and its ramps, in the ``units``
     "si" or "field"; ``experiment`` is that of the study, where it is there."""
-    found: list[str | None] = [*study.notes]
+    found: list[str | None] = [*study.notes, _far_from_usual(study)]
     if (checks := checks_of(study.model)) is not None:
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
@@ -294,6 +305,12 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
             *_size_warnings(experiment),
         ]
     return [warning for warning in found if warning is not None]
+
+
+def _far_from_usual(study: Study) -> str | None:
+    """The warning of numbers that are far from usual."""
+    found = far_from_usual(study)
+    return f"{UNUSUAL} {found}" if found else None
 
 
 def pulses(study: Study) -> str:

@@ -23,6 +23,7 @@ OFF_SPEED = 0.1  # of the set speed: a drive that is further from it does not tu
 FOLD_ERROR = 1.02  # most by which continuation finds stick-slip beyond the fold: it was up to 1.6 %
 DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins
+UNUSUAL = "Far from usual:"  # how that of numbers which are far from usual begins
 LUMPED = "Lumped:"  # how that of a lumped string that is far from its first standing wave begins
 PULSE = "Pulse:"  # how that of pulses which steps may jump over begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6

@@ -20,7 +20,19 @@ from nsdrill.analysis.grades import lasts_above
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, LUMPED_STRING, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import (
+    DAMPING,
+    ENDS_EARLY,
+    FEW,
+    LUMPED_STRING,
+    PULSES,
+    SHORT,
+    UNCUT,
+    UNREAD,
+    UNUSUAL_NUMBERS,
+    Answer,
+    edited_words,
+)
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
@@ -191,6 +203,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     # whether the numbers are those of the runs, and the trials those of the file, before what they say
     if told := edited_words(summary):
         yield told
+    if numbers := summary[UNUSUAL_NUMBERS]:
+        yield f"NUMBERS FAR FROM USUAL: {numbers}"
     yield from _of_severity(summary)
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)

@@ -25,6 +25,7 @@ from nsdrill.app.check import (
     wall_off_bottom,
 )
 from nsdrill.app.experiment import with_samples
+from nsdrill.app.usual import far_from_usual
 from nsdrill.data import (
     DAMPING,
     FEW,
@@ -38,6 +39,7 @@ from nsdrill.data import (
     STRING_BY_DEPTH,
     UNCUT,
     UNREAD,
+    UNUSUAL_NUMBERS,
     WALL_OFF_BOTTOM,
     WITHIN,
     Answer,
@@ -64,13 +66,14 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     of_string: list[dict[str, float]] = []
     wall: Answer | None = None
     lumped: dict[str, list[str]] = {}
-    pulse = unread = ""
+    pulse = unread = unusual = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
     except NsdrillError as error:
         unread = str(error) if results.attrs.get("study_resolved") else ""
     else:
         part = study_of_part(study, results)
+        unusual = far_from_usual(study)
         with suppress(NsdrillError):
             # a motion may begin below the part of a chain that these results are
             speeds = lasting_motions(study_of_part(study, results, whole=carried_axis(results)))
@@ -90,6 +93,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         LASTING_MOTIONS: json_text(speeds),
         LASTING_UNTOLD: int(untold),
         UNREAD: unread,
+        UNUSUAL_NUMBERS: unusual,
         DAMPING: json_text(damping),
         STRING_BY_DEPTH: json_text(of_string),
         LUMPED_STRING: json_text(lumped),

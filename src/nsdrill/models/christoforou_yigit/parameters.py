@@ -67,7 +67,7 @@ class Drillstring(Steel):
         "CY as reported (1/2 in); P prints 0.7 m, wider than the hole",
         "medium",
         high=10.0,
-        usual="1 to 15 mm",
+        usual="1 to 15 mm: with 0 nothing drives the collar off its axis",
     )
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
     lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
@@ -122,7 +122,13 @@ class BitFriction(TorqueFriction):
 
     law: LawOfBit = choice("hyperbolic", "R (form: Leine 1998)")  # type: ignore[assignment]
     dynamic_from: float = parameter(
-        1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
+        1.0,
+        "rad/s",
+        "R (form: Dawson, Lin & Spanos 1987)",
+        "low",
+        low=1e-4,
+        high=1e3,
+        usual="0.05 to 5 rad/s; laboratory rigs 20 rad/s",
     )
     b0: float = parameter(0.0239, "m", "L", "medium", high=10.0, usual="10 to 50 mm")
     b1: float = parameter(1.910, "s/rad", "L", "medium", low=1e-3, high=1e6, usual="1 to 10 s/rad")
@@ -178,13 +184,29 @@ class TorqueDrive(Checked):
 
     kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
     inertia: float = parameter(
-        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
+        2900.0,
+        "kg m^2",
+        "Simulator4nDOF",
+        "medium",
+        low=1e-3,
+        high=1e7,
+        usual="500 to 5000 kg m^2 at the string; laboratory rigs 0.001 kg m^2",
     )
     stiffness: float = parameter(
-        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
+        14500.0,
+        "N m/rad",
+        "stiff PI: 5 /s^2 of the inertia",
+        "medium",
+        high=1e9,
+        usual="100 to 20 000 N m/rad; laboratory rigs 1 N m/rad",
     )
     damping: float = parameter(
-        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
+        14853.0,
+        "N m s/rad",
+        "stiff PI: 50 pipe impedances",
+        "medium",
+        high=1e9,
+        usual="300 to 20 000 N m s/rad; laboratory rigs 0.1 N m s/rad",
     )
     twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
     speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
