@@ -44,6 +44,7 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 STRING_BY_DEPTH = "string_by_depth"  # drag off bottom and torsional period of the string, by depth, as JSON
+LEFT_OUT = "left_out_of_model"  # from where on the string does what its model leaves out, as JSON
 UNUSUAL_NUMBERS = "unusual_numbers"  # those of the string that are far from usual, in words; empty without
 LUMPED_STRING = "lumped_string"  # that torsion is far from its first standing wave, by units, as JSON
 WALL_OFF_BOTTOM = "wall_off_bottom"  # at which speeds the collar off bottom reaches the wall, as JSON

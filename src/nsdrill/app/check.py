@@ -526,6 +526,37 @@ def wall_off_bottom(study: Study) -> Answer | None:
     return found
 
 
+def left_out(study: Study) -> Answer:
+    """From where on the string of a study does what its model leaves out, as the checks of the
+    model tell it: see :func:`nsdrill.models.christoforou_yigit.checks.left_out`; and the least
+    weight ``held_from`` [N] under which its drive lacks the torque to turn a bit that has stopped, with the
+    torque ``needed`` and ``available`` [N m]; None where there is none."""
+    checks = checks_of(study.model)
+    told: Any = getattr(checks, "left_out", None)
+    found: Answer = {} if told is None else told(_corners(study))
+    return {**found, "held_from": _held_from(study, getattr(checks, "drilling_at", None))}
+
+
+def _held_from(study: Study, drilling_at: Any) -> Answer | None:
+    """The least weight of :func:`left_out` at which the drive cannot turn a bit that has stopped."""
+    if drilling_at is None or not any(_stall(drilling_at, one) for one in _corners(study)):
+        return None
+    for wob in study.axes.get("wob", np.array([study.operation.wob])):
+        at_weight = replace(study, axes={**study.axes, "wob": np.array([wob])})
+        for stall in (_stall(drilling_at, one) for one in _corners(at_weight)):
+            if stall is not None:
+                return {"wob": float(wob), "needed": stall.needed, "available": stall.available}
+    return None
+
+
+def _stall(drilling_at: Any, corner: Values) -> Any:
+    """What a limited drive lacks to break the bit away at a corner; None where it does not."""
+    drilling = drilling_at(corner.parameters, corner.point)
+    turns = drilling.string.holds or drilling.turns  # else there is another warning
+    stall = drilling.stall if turns and drilling.wob > 0.0 else None
+    return stall if stall is not None and stall.set_speed is None else None
+
+
 class ShortObservation(NamedTuple):
     """The warnings of :func:`warnings` that an observation is too short, ``told`` in each
     system of units, ``si`` and ``field``; and below which rotary speed ``to`` [rad/s] it is,
@@ -683,13 +714,15 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 
 
 def _corners(study: Study) -> list[Values]:
-    """The values at all combinations of the ends of axes and ramps, also with the
-    extreme samples."""
+    """The values at all combinations of the ends of axes and ramps, with the extreme
+    samples."""
     ends = [study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis))) for axis in study.axes]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
-    corner_values = [values_at(study.parameters, study.initial, corner) for corner in corners]
+    if not study.drawn:
+        return [values_at(study.parameters, study.initial, corner) for corner in corners]
+    corner_values = []
     # The samples in which one uncertain number is least or greatest; the others have
-    # their values in that sample.
+    # their values in that sample. No sample need have the values of their own sections.
     samples = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
     for number in sorted(samples):
         here = {key: float(values[number]) for key, values in study.drawn.items()}

@@ -43,6 +43,7 @@ from nsdrill.models.responses import RESPONSES, Response
 from nsdrill.quantity import quantity
 from nsdrill.variables import MODEL
 from nsdrill.words import trial_words
+from nsdrill.words.left_out import left_out_texts
 from nsdrill.words.stick_slip_words import early_text, sticking_texts, stuck_through_text, unknown_end_text
 from nsdrill.words.values import Formatter, in_order, of_severity, response_words
 from nsdrill.words.wording import Words
@@ -277,6 +278,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
             f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
         )
+    yield from left_out_texts(summary, fmt, units)
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "

@@ -15,6 +15,7 @@ from nsdrill.app.check import (
     ShortObservation,
     few_states,
     lasting_motions,
+    left_out,
     lumped_string,
     nothing_cut,
     pulses,
@@ -31,6 +32,7 @@ from nsdrill.data import (
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
+    LEFT_OUT,
     LUMPED_STRING,
     PULSES,
     SHORT,
@@ -65,6 +67,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     damping: Answer | None = None
     of_string: list[dict[str, float]] = []
     wall: Answer | None = None
+    beyond: Answer = {}
     lumped: dict[str, list[str]] = {}
     pulse = unread = unusual = ""
     try:
@@ -85,6 +88,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             of_string = string_by_depth(part)
             lumped = lumped_string(part)
             wall = wall_off_bottom(part)
+            beyond = left_out(part)
     with suppress(NsdrillError):
         lasts = stick_slip_lasts(results)
     with suppress(NsdrillError):
@@ -94,6 +98,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         LASTING_UNTOLD: int(untold),
         UNREAD: unread,
         UNUSUAL_NUMBERS: unusual,
+        LEFT_OUT: json_text(beyond),
         DAMPING: json_text(damping),
         STRING_BY_DEPTH: json_text(of_string),
         LUMPED_STRING: json_text(lumped),

@@ -24,7 +24,12 @@ from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner, begun_by_speed, passed_over
 from nsdrill.models.christoforou_yigit.sensitive import sensitive
-from nsdrill.models.christoforou_yigit.unusual import added_mass_of_hole
+from nsdrill.models.christoforou_yigit.unusual import (
+    added_mass_of_hole,
+    least_collar_weight,
+    second_mode,
+    slowest_second_mode,
+)
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -107,6 +112,17 @@ def _at(operation: Operation) -> tuple[float, float, float]:
     return operation.depth, operation.wob, operation.rotary_speed
 
 
+def left_out(corners: list[Values]) -> dict[str, float | None]:
+    """As that of the lumped string."""
+    first_mode = [Corner(_lumped(corner)) for corner in corners]
+    return {"collar_weight": least_collar_weight(first_mode), "second_mode": _left_out_mode(first_mode, corners)}
+
+
+def _left_out_mode(first_mode: list[Corner], corners: list[Values]) -> float | None:
+    """The frequency [rad/s] of two half waves where only one is in the model."""
+    return slowest_second_mode(first_mode) if any(one.parameters.beam.modes == 1 for one in corners) else None
+
+
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes;
     None where there is nothing to warn of."""
@@ -125,6 +141,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         _buckled(corners, format_value),
         _undamped(study.parameters),
         added_mass_of_hole(study, first_mode, format_value),
+        second_mode(_left_out_mode(first_mode, corners), max(one.speed for one in first_mode), format_value),
         passed_over(study, lasting_motions(study, corners), format_value, lobed),
         sensitive(study, first_mode, format_value),
     ]

@@ -38,7 +38,12 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
 from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
-from nsdrill.models.christoforou_yigit.unusual import lumped_above_wave, unusual
+from nsdrill.models.christoforou_yigit.unusual import (
+    least_collar_weight,
+    lumped_above_wave,
+    slowest_second_mode,
+    unusual,
+)
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -293,6 +298,13 @@ def wall_off_bottom(corners: list[Values]) -> dict[str, Any]:
 def lumped_string(corners: list[Values], format_value: FormatValue) -> str | None:
     """That the lumped string is far from its first standing wave of torsion; None where it is not."""
     return lumped_above_wave([Corner(each) for each in corners], format_value)
+
+
+def left_out(corners: list[Values]) -> dict[str, float | None]:
+    """From where on the string does what this model leaves out: the ``collar_weight`` [N], above
+    which the pipe is in compression, and the ``second_mode`` [rad/s] of the span."""
+    points = [Corner(each) for each in corners]
+    return {"collar_weight": least_collar_weight(points), "second_mode": slowest_second_mode(points)}
 
 
 def _on_low_side(corners: list[Corner]) -> str | None:

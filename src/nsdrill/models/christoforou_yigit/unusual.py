@@ -19,7 +19,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     lift_off_wob,
     lobe_resonance,
 )
-from nsdrill.models.christoforou_yigit.further_quantities import pipe_tube, torsional_waves
+from nsdrill.models.christoforou_yigit.further_quantities import lateral_frequencies, pipe_tube, torsional_waves
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.numbers import LUMPED, FormatValue
@@ -40,6 +40,7 @@ def unusual(study: Any, corners: list[Corner], format_value: FormatValue) -> lis
         _aggressive(study, corners, format_value),
         _bouncing(corners, format_value),
         _heavy(corners, format_value),
+        _second_mode(corners, format_value),
         _fast(corners, format_value),
     ]
 
@@ -203,6 +204,40 @@ def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
         f"Heavy: {wob} on the bit are more than the collars weigh in mud along the hole, {weight} (collar_weight): the "
         "pipe above them is in compression and may buckle, which this model leaves out. Usual are at most 80 to 90 % "
         "of it."
+    )
+
+
+def least_collar_weight(corners: list[Corner]) -> float | None:
+    """The least weight [N] of the collars in mud of holes in which they press on the bit; None
+    where there are none."""
+    steep = [corner for corner in corners if corner.parameters.well.inclination < LYING]
+    return min((held for corner in steep if (held := collar_weight(corner.parameters)) is not None), default=None)
+
+
+def slowest_second_mode(corners: list[Corner]) -> float | None:
+    """The least frequency [rad/s] at which a span swings in two half waves; None where none
+    bends, or where its second mode is buckled."""
+    found = [
+        float(lateral_frequencies(one.parameters, one.operation, one.k, float(one.k.m_l))[1])
+        for one in corners
+        if one.frees("lateral")
+    ]
+    return min((one for one in found if math.isfinite(one)), default=None)
+
+
+def _second_mode(corners: list[Corner], format_value: FormatValue) -> str | None:
+    """Speeds at which the span swings in two half waves, which a collar of one mode never does."""
+    return second_mode(slowest_second_mode(corners), max(corner.speed for corner in corners), format_value)
+
+
+def second_mode(slowest: float | None, fastest: float, format_value: FormatValue) -> str | None:
+    """The warning of a second mode at this speed [rad/s] at or below the fastest one of a study."""
+    if slowest is None or slowest > fastest:
+        return None
+    return (
+        f"Second mode: the span swings in two half waves at {format_value(slowest, 'rad/s', 'rad/s')}, within "
+        "the speeds of this study, and here it bends in one half wave only. Near that speed the collar may reach the "
+        "wall though no run does. The model beam has both with beam.modes: 2."
     )
 
 
