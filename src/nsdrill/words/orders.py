@@ -181,14 +181,10 @@ class Orders(Words):
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
-            others = f" at one {fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
-            for name, low, high in advice.stops:
-                at, does = fmt.range(self.along, [low, high]), self.responses[name].does
-                yield f"Do not run at {at}{self._but_for(low, high)}: there it {does}{others}."
-            for name, low, high in advice.near:
-                if name == STICKS_ON:
-                    at = f"{fmt.range(self.along, [low, high])}{self._but_for(low, high)}"
-                    yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
+            found = list(self._forbidden())[:MOST]
+            if found and self._is_among_forbidden():
+                found[-1] += f" The one exception, as a hint, is {self.setting()}."
+            yield from found
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
@@ -237,13 +233,23 @@ class Orders(Words):
         if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
 
-    def _but_for(self, low: float, high: float) -> str:
-        """The best of what is not safe, where it lies among what is forbidden at one value or another of the other
-        axis: the answer names it, as a hint."""
-        value = self.advice.point.get(self.along)
-        if value is None or not low <= value <= high:
-            return ""
-        return f", but for {self.setting()} as a hint"
+    def _forbidden(self) -> Iterator[str]:
+        """Where not to run, where nothing is safe."""
+        others = f" at one {self.fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
+        for name, low, high in self.advice.stops:
+            at, does = self.fmt.range(self.along, [low, high]), self.responses[name].does
+            yield f"Do not run at {at}: there it {does}{others}."
+        for name, low, high in self.advice.near:
+            if name == STICKS_ON:
+                at = self.fmt.range(self.along, [low, high])
+                yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
+
+    def _is_among_forbidden(self) -> bool:
+        """Whether the best of what is not safe, which the answer names as a hint, lies among what is forbidden at one
+        value or another of the other axis."""
+        value, advice = self.advice.point.get(self.along), self.advice
+        found = [*advice.stops, *(one for one in advice.near if one[0] == STICKS_ON)]
+        return value is not None and any(low <= value <= high for _, low, high in found)
 
     def _is_near(self, wall: tuple[float, float]) -> bool:
         """Whether one who drills at the setting comes near these speeds."""

@@ -354,7 +354,8 @@ class Words:
         is_tagged = not self.advice.trials or not self.advice.trials.withdraws
         least = f"Unsafe: {setting}, {'after a pick up and tag' if is_tagged else why}."
         shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", least)
-        return first_short(*(f"{begin} {helps}" for begin in (text, brief, least, shortest)))
+        begins = (text, brief, least, shortest)
+        return first_short(*(f"{begin} {one}" for one in helps for begin in begins), *begins)
 
     @property
     def _has_others(self) -> bool:
@@ -369,10 +370,13 @@ class Words:
         free = sum(one.outcome == Outcome.FREE for one in ways)
         return f"{free or 'none'} of {count(len(ways), 'way')} in ended free in trials"
 
-    def _helps(self) -> str:
-        """What trials found that is better than a hint, as a sentence; "" where they found nothing."""
-        text = trial_words.best_words(self.advice.trials, self.along, self.fmt)
-        return f"{text[0].upper()}{text[1:]}." if text else ""
+    def _helps(self) -> list[str]:
+        """What trials found that is better than a hint, as a sentence, whole and in brief; none where they found
+        nothing. Where there are no words left for either, a line beside the answer tells it."""
+        texts = [
+            trial_words.best_words(self.advice.trials, self.along, self.fmt, brief=brief) for brief in (False, True)
+        ]
+        return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(texts) if text]
 
     def _from_below(self) -> str:
         return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
@@ -516,7 +520,8 @@ class Words:
         brief, room = f"Narrow hint: {self.setting()}", self.and_within()
         heads = [f"No setting has room. {brief}, {how}{room}", f"{brief}, {how}{room}", f"{brief}{room}"]
         if helps := self._helps():
-            return first_short(f"{heads[0]}. {helps}", f"{brief}. {helps}")
+            begins = (heads[0], brief)
+            return first_short(*(f"{begin}. {one}" for one in helps for begin in begins), *(f"{one}." for one in heads))
         known = self.advice.way_in
         if self.advice.jump is not None:
             over = self.over_jump()
@@ -649,12 +654,14 @@ class Words:
                     self.carried, "brought up from below"
                 )
                 return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
-            return self._stopped(
-                f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only "
-                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};",
-                self._helps(),
-            )
-        return self._stopped(f"Nothing is {self._known()}safe{self._where()}:", self._helps())
+            free = f"{'when ' if lowered == 'lowered from above' else ''}{lowered}"
+            whole = f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only {free};"
+            brief = f"Free only {free}: {self.setting()}."
+        else:
+            whole, brief = f"Nothing is {self._known()}safe{self._where()}:", ""
+        helps = self._helps()
+        texts = [self._stopped(whole, one) for one in helps] + [f"{brief} {one}" for one in helps if brief]
+        return first_short(*texts, self._stopped(whole))
 
     def _where(self) -> str:
         """Within what nothing is safe, where other points of the map are free: `` at 20 to 35 klbf``."""
