@@ -108,7 +108,8 @@ def _counts(summary: Answer) -> str:
         parts.append(f"{summary['unknown']} unknown ({unknown_words(summary)})")
     inferred = summary["inferred_runs"]
     told = f"; {inferred} of {count(summary['runs'], 'run')} were not made but inferred from the points around"
-    return f"of {count(summary['points'], 'point')} {', '.join(parts)}{told if inferred else ''}"
+    where = " where one drills" if summary["within"] is not None else ""
+    return f"of {count(summary['points'], 'point')}{where} {', '.join(parts)}{told if inferred else ''}"
 
 
 def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
