@@ -53,7 +53,7 @@ def test_all_counts_are_of_the_points_where_one_drills():
     assert (found["share"]["safe"], found["maps"][0]["share"]["safe"]) == (1.0, 1.0)
     assert found["maps"][0]["regions"][0]["share"] == 1.0
     assert found["obstacles"]["stick_slip"] == 0
-    assert ": of 20 points where one drills 20 safe from below." in " ".join(lines(found, "field", everything=True))
+    assert ", 20 points where one drills: 20 safe from below." in " ".join(lines(found, "field", everything=True))
     whole = find_window(results_for_window(sticks))
     assert (whole["points"], whole["safe"], whole["critical"], whole["obstacles"]["stick_slip"]) == (35, 30, 5, 5)
 

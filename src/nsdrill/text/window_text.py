@@ -56,7 +56,7 @@ def number_lines(summary: Answer, units: str) -> Iterator[str]:
     yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
-    yield from textwrap.wrap(f"{f'At {held}' if held else 'In all'}: {_counts(summary)}.", WIDTH)
+    yield from textwrap.wrap(f"{f'At {held}' if held else 'In all'}, {_counts(summary)}.", WIDTH)
     if not summary["safe"]:
         yield from _nothing_allowed(summary, fmt)
     if len(summary["maps"]) > 1:
@@ -109,7 +109,7 @@ def _counts(summary: Answer) -> str:
     inferred = summary["inferred_runs"]
     told = f"; {inferred} of {count(summary['runs'], 'run')} were not made but inferred from the points around"
     where = " where one drills" if summary["within"] is not None else ""
-    return f"of {count(summary['points'], 'point')}{where} {', '.join(parts)}{told if inferred else ''}"
+    return f"{count(summary['points'], 'point')}{where}: {', '.join(parts)}{told if inferred else ''}"
 
 
 def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:

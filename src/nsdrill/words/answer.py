@@ -463,12 +463,12 @@ def of_unmodelled(summary: Answer, fmt: Formatter) -> Iterator[str]:
     tell."""
     if names := summary["not_in_model"]:
         missing = " and no ".join(RESPONSES[name].words for name in names)
-        yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so that none was looked for."
+        yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so none was looked for."
     if (step := summary["bounce_untold"]) is not None:
         yield (
             f"AT WHICH SPEEDS THE BIT BOUNCES is not known of {summary['model']}: steps of up to "
-            f"{fmt.value('rotary_speed', step)} may jump across some. What is free on both sides need not be between; "
-            "make them smaller."
+            f"{fmt.value('rotary_speed', step)} may jump across some. Between two free speeds it may bounce: "
+            "make the steps smaller."
         )
 
 
@@ -603,8 +603,8 @@ def _of_gaps(summary: Answer, fmt: Formatter) -> Iterator[str]:
     for gap in summary["gaps"]:
         ends = fmt.named(gap["axis"], fmt.range(gap["axis"], [gap["from"], gap["to"]]))
         yield (
-            f"A GAP OF THE SWEEP at {ends}: nothing was run between, and the other steps are smaller. What is free on "
-            f"both sides need not be between. Give the {fmt.name(gap['axis'])} values there."
+            f"A GAP OF THE SWEEP at {ends}: nothing was run in it, and the other steps are smaller. Between free "
+            f"points it may vibrate: give the {fmt.name(gap['axis'])} values there."
         )
 
 
