@@ -134,7 +134,7 @@ def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
         if levels:
             first, *others = map(str, levels)
             more = f" (or {', '.join(others)})" if others else ""
-            yield f"How bad they are, the severities say: --severity {first}{more} allows runs up to that; {moves}"
+            yield f"The severities say how bad they are: --severity {first}{more} allows runs up to that; {moves}"
         elif levels is not None:
             yield f"No severity below the greatest allows more runs; {moves}"
 

@@ -257,6 +257,7 @@ def _without_trip(tried: Trials) -> Change | None:
     return max(found, key=lambda one: one.rank, default=None)
 
 
+OF_KEYS = {"simulation.observe": "the observation", "simulation.transient": "the transient"}
 KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
 DIGEST = re.compile(r"model digest \S+ there, \S+ here")
 
@@ -266,6 +267,8 @@ def in_rig_words(text: str) -> str:
     in words. The long report has them."""
 
     def words(key: re.Match[str]) -> str:
+        if key[0] in OF_KEYS:
+            return OF_KEYS[key[0]]
         found = find(key[0])
         return found.words if found is not None else key[0].rpartition(".")[2].replace("_", " ")
 
@@ -393,7 +396,8 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
             return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
         return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
     if axis == SPEED and (_is_untold(one) or not step.is_known):
-        met = f"in the runs to {_step(fmt, axis, step)}"
+        met = "in the runs it goes on to the end of the map"
+        met = met if step.next is None else f"in the runs it ended at {_step(fmt, axis, step)}"
         alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
         return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"

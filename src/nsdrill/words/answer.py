@@ -664,13 +664,13 @@ def _of_motions(summary: Answer, rests: Unsettled | None = None) -> Iterator[str
     unsettled = summary["unsettled_in_all"]
     if summary["safe"]:
         unsettled, of, points = summary["unsettled_points"], "allowed point", summary["safe"]
-        which = "" if not best or best["settled"] else ", the best one among them,"
+        which = "" if not best or best["settled"] or points == 1 else ", the best one among them,"
     if unsettled:
         means = ""
         if rests is not None and rests.points:
             beside = f", and {rests.beside} of those beside it" if rests.beside else ""
             means = (
-                f" Of what to stay within they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
+                f" Within the limits they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
                 "that grows slowly is not seen there."
             )
         yield (
