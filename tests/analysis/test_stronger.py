@@ -1,6 +1,8 @@
 """No run that fails makes an answer stronger, on maps of any shape: neither its kind, nor its room,
 its rectangle, what becomes of a vibration, nor what is warned of."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,6 +13,7 @@ from nsdrill.analysis.planes import along_axis
 from nsdrill.analysis.room import tolerance
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Answer, Results
+from nsdrill.models.registry import responses_in
 from nsdrill.words.answer import warnings
 
 from .grids import grid, told
@@ -147,3 +150,32 @@ def test_after_a_start_that_failed_the_speed_is_not_raised_first():
         rows[1] = [list("....b.w"), list(f"..{start}.s.."), list("t......")]
         found = window(("up", "same"), rows, None)["answer"]
         assert found.way_in.first == First.WEIGHT
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_to_allow_more_never_allows_less(seed):
+    """Neither a point nor an answer: a run down that was severe came from a vibration above that is mild, and
+    one that comes free of a start does so beside a mild vibration, too."""
+    rng = np.random.default_rng(seed)
+    ways = WAYS[rng.integers(len(WAYS))]
+    shape = len(ways), int(rng.integers(1, 4)), int(rng.integers(4, 9))
+    drawn = np.where(rng.random(shape) < rng.choice([0.05, 0.3, 0.5]), rng.choice(list("bswtBx"), shape), ".")
+    lasts_to = None if rng.random() < 0.6 else [float(one) for one in RPM * rng.choice([0, 45, 60], shape[1])]
+    results = results_of(ways, drawn, lasts_to)
+    response = np.asarray(results["response"])
+    for one in responses_in(results.attrs).values():
+        if one.severity is not None:
+            bands = np.where(response & one.bit, rng.integers(1, 5, response.shape), 0)
+            results.variables[one.severity.name] = bands.astype(np.int8)
+    levels = [None, 0, 1, 2, 3, 4]
+    maps, found = [graded(results, one) for one in levels], [find_window(results, one) for one in levels]
+    for strict, lax in pairwise(maps):
+        assert not np.any(strict.allowed & ~lax.allowed)
+    for before, after in pairwise(found):
+        was, now = before["answer"], after["answer"]
+        assert after["safe"] >= before["safe"]
+        if was.kind in RECOMMENDED:
+            assert (now.kind, now.cell) == (was.kind, was.cell)
+        elif was.kind == Kind.HINT:
+            assert now.kind in (*RECOMMENDED, Kind.HINT)

@@ -954,3 +954,25 @@ def test_a_trial_that_passes_the_wall_slowly_does_not_take_the_margin_of_the_rat
     assert below.way_in.rate < 1.0 * RPM
     slow = confirmed(replace(POINT, way_in=replace(way, rate=99 * RPM)), Trials(ways("www", "....")))
     assert slow.way_in.rate < 1.0 * RPM
+
+
+@pytest.mark.parametrize("below", [(), ((50 * RPM, 60 * RPM),)])
+@pytest.mark.parametrize("holds_usual", [None, False])
+@pytest.mark.parametrize("words", ["stabilisers 30 ft apart", "a bit of which friction falls less with the speed"])
+def test_a_sentence_with_what_helps_has_no_more_words_than_one_may_have(words, holds_usual, below):
+    """However long what helps is; what the sentence leaves out stands on a line of its own."""
+    ends, speed = (90 * RPM, 160 * RPM), 120 * RPM
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+    free, how = (*below, ends), {"room": 2.8, "widest": ends, "speed": speed}
+    best = Change("span", "k", "30 ft", words, free, holds_usual=holds_usual, **how)
+    own = Change("none", "", "", "as it is", (ends,), room=2.8, widest=ends)
+    stops = (("stick_slip", 45 * RPM, 80 * RPM), ("bit_bounce", 60 * RPM, 90 * RPM), ("whirl", 45 * RPM, 180 * RPM))
+    nothing = Advice(Kind.NOTHING, stops=stops)
+    above = replace(POINT, kind=Kind.NOTHING, grade=Grade.ONLY_FROM_ABOVE, stops=stops)
+    hint = replace(POINT, kind=Kind.HINT, narrow=True)
+    for changes in ((as_it_is, best), (own,)):
+        for advice in (nothing, above, hint, POINT):
+            trials = Trials(ways("www", "wwww") if advice is POINT else (), changes=changes, wob=20 * KLBF)
+            for units in ("field", "si"):
+                text = Words(confirmed(advice, trials), ("rotary_speed", "wob"), units, ("up", "down")).sentence()
+                assert is_short(text), text

@@ -659,3 +659,14 @@ def test_a_response_that_cannot_be_seen_has_no_number():
     assert find_window(data)["obstacles"] == {"bit_bounce": 2, "stick_slip": 1, "whirl": None, "stalled": 0}
     other = grid({"up": ["s.bw"]}, np.arange(1.0, 5.0))
     assert contrast(data, other)["responses"]["whirl"] == {"a": None, "b": 1}
+
+
+def test_the_hint_among_what_is_forbidden_is_excepted_once():
+    """Free only when lowered, at 7 rad/s, where at the other weight it bounces."""
+    ways = {"up": [["sssbbww", "ssbbbww"]], "down": [["sbbb.ww", "ssbbbww"]]}
+    data = grid(ways, [4, 5, 6, 7, 8, 9, 10], [10e3, 20e3])
+    data["response"][:, 0, 1] |= np.where(data["response"][:, 0, 1] == 2, 0, 2).astype(np.int8)  # and sticks throughout
+    orders = Orders(*needed_for_words(find_window(data), "si")).do_not()
+    assert len(orders) == 3
+    assert [("exception, as a hint, is 10 kN and 8 rad/s" in one) for one in orders] == [False, False, True]
+    assert "hint" not in " ".join(orders[:2])

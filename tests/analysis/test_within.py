@@ -7,12 +7,15 @@ import pytest
 from figures.test_wording import SPEEDS, WALL, WEIGHTS, made
 
 import nsdrill
+from nsdrill.analysis.advice import Kind
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import drilled_within, plain_window, results_for_window
 from nsdrill.cli.main import main
 from nsdrill.errors import InputError
+from nsdrill.text.window_text import lines
 from nsdrill.units import to_si
-from nsdrill.words.answer import obstacle_words, shown_first, warnings, words_of
+from nsdrill.words.answer import needed_for_words, obstacle_words, shown_first, warnings, words_of
+from nsdrill.words.orders import Orders
 
 from .grids import told
 
@@ -39,6 +42,32 @@ def test_points_outside_are_not_allowed_nor_recommended():
     plain = plain_window(found, "si")
     assert plain["answer"]["stay_within"]["rotary_speed"]["below"]["outside"] is True
     assert plain["maps"][0]["recommended"]["margins"]["rotary_speed"]["less"]["why"] == "outside"
+
+
+def test_all_counts_are_of_the_points_where_one_drills():
+    """They counted points as safe that are not allowed; the run-up has a number of its own."""
+    sticks = made(up=["s......"] * 5, down=["s......"] * 5)
+    found = find_window(results_for_window(sticks, within=WITHIN))
+    assert (found["points"], sum(found["grades"].values())) == (20, 20)
+    assert [found[name] for name in ("safe", "rim", "critical", "unknown")] == [20, 0, 0, 0]
+    assert (found["share"]["safe"], found["maps"][0]["share"]["safe"]) == (1.0, 1.0)
+    assert found["maps"][0]["regions"][0]["share"] == 1.0
+    assert found["obstacles"]["stick_slip"] == 0
+    assert ", 20 points where one drills: 20 safe from below." in " ".join(lines(found, "field", everything=True))
+    whole = find_window(results_for_window(sticks))
+    assert (whole["points"], whole["safe"], whole["critical"], whole["obstacles"]["stick_slip"]) == (35, 30, 5, 5)
+
+
+@pytest.mark.parametrize(("line", "is_asked"), [("s......", True), ("sss.www", False)])
+def test_what_was_asked_makes_nothing_vibrate(line, is_asked):
+    """A hint that has no room where one drills, while the map is free beyond, is said to have none there; where it
+    vibrates beyond, a small change may make it vibrate."""
+    within = {"rotary_speed": ("100 rpm", "105 rpm")}
+    found = find_window(results_for_window(made(up=[line] * 5, down=[line] * 5), within=within))
+    assert (found["answer"].kind, found["answer"].by_request) == (Kind.HINT, is_asked)
+    order = Orders(*needed_for_words(found, "field")).do()[0]
+    assert ("may make it vibrate" in order) != is_asked
+    assert ("the range asked for leaves no room around it" in order) == is_asked
 
 
 def test_the_way_up_still_decides_inside():

@@ -35,7 +35,7 @@ def test_the_note():
         "Slower: at 1 rad/s (9.55 rpm) it sticks. Faster: at 5 rad/s (47.7 rpm) it whirls. Never exceed 4 rad/s",
         "Lighter: at 10 kN it sticks. Heavier: at 50 kN it bounces.",
         "allowed: the run, brought up from below, ends well without a critical response",
-        "At 5000 m: of 35 points 25 critical, 10 safe after any history.",
+        "At 5000 m, 35 points: 25 critical, 10 safe after any history.",
         "Allowed along the speed: 20 kN: 2 to 5 rad/s (19.1 to 47.7 rpm) 30 kN: 2 to 4 rad/s",
     ):
         assert said in text

@@ -3,6 +3,7 @@ model; and in every command."""
 
 import json
 import math
+import re
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
@@ -266,3 +267,24 @@ def test_the_damping_of_torsion_has_one_name_in_every_model(capfd, monkeypatch, 
         assert shown["figures"]["torsional_damping"]["value"] == pytest.approx(ratio, rel=1e-12)
         study.write_text(f"model: {model}\ndrillstring: {{damping: 20 N*m*s/rad}}\n")
         assert "Did you mean drillstring.torsional_damping?" in call("check", str(study), code=2).err
+
+
+def test_numbers_that_decide_where_stick_slip_begins_are_told(tmp_path, capfd, monkeypatch):
+    """The onset of the study with another value, as its own check has it; not where the sweep lies far above all."""
+
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY, encoding="utf-8")
+
+    def checked(*changes: str) -> str:
+        sets = [word for change in changes for word in ("--set", change)]
+        found = call_here(capfd, monkeypatch, "check", file, *sets)
+        return " ".join((found.out + found.err).split())
+
+    def onset(said: str) -> float:
+        return float(re.search(r"stick_slip_onset ([\d.]+) rad/s", said)[1])
+
+    said = checked()
+    told = re.search(r"([\d.]+) rad/s with twice drillstring.torsional_damping", said)
+    assert f"the speed below which the bit sticks and slips is {onset(said):.4g} rad/s, and" in said
+    assert float(told[1]) == pytest.approx(onset(checked("drillstring.torsional_damping=100 N*m*s/rad")), rel=1e-3)
+    assert "Sensitive" not in checked("sweep.rotary_speed=[40 rad/s, 50 rad/s]")

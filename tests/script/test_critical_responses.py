@@ -116,7 +116,9 @@ def test_its_sheet_speaks_of_no_string_and_nothing_is_brought_up(script, tmp_pat
     page = re.sub(r"<style>.*?</style>|<svg.*?</svg>|src=.[^>]*", "", written, flags=re.DOTALL)
     of_a_rig = r"stick-slip|[Dd]rill|\bbit\b|collar|wall|eccentric|off bottom|pick up|[Bb](rought|ring) up|weight"
     assert re.findall(of_a_rig, page) == []
-    assert "Do not exceed 0.03: at 0.16 it shows" in page
+    assert "Do not exceed force 0.03: at 0.16 it shows" in page
+    assert "allowed, force" in page
+    assert not {"<b>Well</b>", "<b>Rig</b>"} & set(re.findall("<b>[A-Z][a-z ]+</b>", page))
 
 
 def test_another_threshold_or_other_words_are_another_model(script):

@@ -390,3 +390,16 @@ def test_each_contact_brakes_at_its_own_rest(script):
     # (2/pi) smoothing, times load and coefficient at rest
     assert rates["pad"] == pytest.approx(2.0 * 0.3 * 200.0 / np.pi, rel=0.01)
     assert rates["end"] == pytest.approx(1.0 * 0.4 * 200.0 / np.pi, rel=0.01)
+
+
+@pytest.mark.parametrize("call", ['friction("slider", slip=v)', 'touching("wall")'])
+def test_a_wrong_call_is_told_without_what_is_allowed_on_values(script, call):
+    """A list of operators and functions helps no one who left out an argument."""
+    text = f"""
+@nsdrill.model
+def wrong_call(t, x=0.1, v=0.0, *, damping=0.2):
+    return {{"x": v, "v": -damping * v - x - nsdrill.{call}}}
+"""
+    with pytest.raises(InputError, match=r"missing .* required") as told:
+        script(text, "wrong_call")
+    assert "allowed on values" not in str(told.value)

@@ -205,10 +205,7 @@ def forbids(text: str, at: dict[str, float]) -> bool:
     if match := re.match(r"Do not go above ([\d.]+ \w+):", text):
         return any(at.get(axis, 0.0) > value for axis, value in _value(match[1]).items())
     if match := re.match(r"Do not run at ([^:]+):", text):
-        where, _, but = match[1].partition(", but for ")
-        ends = _ranges(where)
-        is_within = all(axis in at and low <= at[axis] <= high for axis, (low, high) in ends.items())
-        return is_within and not (but and _value(but) == at)
+        return all(axis in at and low <= at[axis] <= high for axis, (low, high) in _ranges(match[1]).items())
     return False
 
 
@@ -272,8 +269,11 @@ def test_what_is_named_as_a_hint_is_not_forbidden():
         is_named = one.advice.kind in (Kind.NOTHING, Kind.HINT) and "int" in said.partition(":")[0].lower()
         is_named |= "hint" in one.orders.order() or one.advice.kind == Kind.NOTHING
         if at and is_named:
-            for no in one.orders.do_not():
-                assert not forbids(no, at), (seed, said, no)
+            orders = one.orders.do_not()
+            excepted = re.findall(r"The one exception, as a hint, is (.+?)\.(?: |$)", " ".join(orders))
+            assert len(excepted) <= 1, "it is said once"
+            for no in orders:
+                assert not forbids(no, at) or [_value(text) for text in excepted] == [at], (seed, said, no)
 
 
 def test_the_limits_of_a_row_are_in_order_and_above_what_is_allowed():

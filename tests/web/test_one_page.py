@@ -198,7 +198,7 @@ def test_what_is_not_known_is_no_none():
 def test_a_sheet_speaks_of_the_vibrations_of_its_model_alone():
     results = made(NOTHING_BEGINS, up=FREE, down=FREE)
     said = words(replace(results, attrs={**results.attrs, "model": "torsion"}), "model: torsion")
-    assert "NOT IN THE MODEL: torsion has no bit-bounce and no whirl, so that none was looked for." in said
+    assert "NOT IN THE MODEL: torsion has no bit-bounce and no whirl, so none was looked for." in said
     assert "Estimates of torsional damping and bit friction decide." in said
     assert "the collar reaches the wall" not in said
     assert "NOT IN THE MODEL" not in words(results)

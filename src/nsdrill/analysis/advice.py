@@ -365,6 +365,8 @@ class Advice:
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
     settled_only: bool = False
     """Whether points at which a motion was still changing are left out."""
+    by_request: bool = False
+    """Of a hint: whether it has no room for that alone that one drills within less of the map, which is free beyond."""
 
     @property
     def is_withdrawn(self) -> bool:
@@ -528,6 +530,12 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
     if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
+    by_request = False
+    if how != Room.RUN and maps.outside is not None and through is None:
+        beyond = (replace(maps, outside=None).fields[choice.field] & near)[number]
+        by_request = bool(
+            room(beyond, (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))[row, column] >= ENOUGH
+        )
     is_quick, carried = kind == Kind.QUICK_START and "up" in maps.ways, maps.along or maps.x
     slowly, slowly_at, begins = _slowly(maps, cell, ends) if is_quick else (0, {}, None)
     held = from_rest(maps.results)
@@ -566,6 +574,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         jump=jump,
         tried_kind=tried_kind,
         settled_only=maps.settled_only,
+        by_request=by_request,
         basis=basis_of(maps, cell, {axis: (one.low, one.high) for axis, one in ends.items()}),
     )
 

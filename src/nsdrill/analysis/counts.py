@@ -73,7 +73,7 @@ def beyond_parts(found: Mapping[str, int]) -> str:
 def beyond_words(found: Mapping[str, int], of: int) -> str:
     """What :func:`beyond` has found, in words, among so many runs."""
     number = f"{sum(found.values())} of {count(of, 'run')} ({beyond_parts(found)})"
-    return f"{number}; there its numbers are of the kind, not of the size"
+    return f"{number}; there they tell the kind of motion, not its size"
 
 
 TURNED_BACK = "turned_back"  # the angle by which a bit on the surface that its blades leave turns back

@@ -11,7 +11,7 @@ from dataclasses import astuple
 import numpy as np
 
 from nsdrill.analysis.counts import after_failure, carried_axis, known
-from nsdrill.analysis.histories import Label, Ways
+from nsdrill.analysis.histories import Label, Ways, is_allowed
 from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import DECIDING, known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
@@ -64,10 +64,23 @@ def used_by_labels(critical: Iterable[Response]) -> tuple[str, ...]:
 
 def grades_of(results: Results, severity: int | None = None) -> Array:
     """The :class:`nsdrill.analysis.histories.Grade` of every point, in each sample: on the
-    grid without the procedures."""
+    grid without the procedures. What no response, or a lesser severity, allows is allowed: a mild
+    vibration that this severity allows may be what a worse one came from, or why one starts at a point."""
     if results.part_of is not None:
         whole, axis, chosen = results.part_of
         return np.take(grades_of(whole, severity), chosen, axis=whole.axes.index(axis))
+    found = _grades_at(results, severity)
+    if severity is None:
+        return found
+    less = severity - 1 if severity > 0 else None
+    # of a run that was inferred no severity is known
+    is_no_worse = (labels_of(results, severity) >= labels_of(results, less)).all(axis=0)
+    stricter = grades_of(results, less)
+    return np.where(is_allowed(stricter) & is_no_worse, np.maximum(stricter, found), found)
+
+
+def _grades_at(results: Results, severity: int | None) -> Array:
+    """The grades at this severity alone."""
     labels = labels_of(results, severity)
     by_way, along = dict(zip(results.procedures, labels, strict=True)), _along(results)
     up, down, same = (

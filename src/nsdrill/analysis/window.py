@@ -83,7 +83,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "overrides": overrides(results.attrs, thresholds=True),
         "moved_thresholds": moved_thresholds(results.attrs),
         **_runs(maps, severity, found),
-        **_counts(maps.state),
+        **_counts(maps.state, _inside(maps)),
         **_outcomes(maps),
         "confidence": confidence,
         "within": _within(maps),
@@ -145,7 +145,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "inferred_runs": all_inferred,
         "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
-        "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
+        "unsettled_in_all": int(np.count_nonzero(maps.unsettled & _inside(maps))),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
         "drag_left_out": model_in(results.attrs).drills and leaves_out_drag(results.attrs),
@@ -303,11 +303,12 @@ def _step(chain: Chain | None, axis: str, values: Array, first: int, last: int) 
 def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe: at how many each response occurs, None of one that these
     results cannot show."""
-    unseen = unseen_responses(maps.results.attrs)
+    unseen, inside = unseen_responses(maps.results.attrs), _inside(maps)
+    unknown = (maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run)
     return {
-        "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run))),
+        "unknown_failed": int(np.count_nonzero(unknown & inside)),
         "obstacles": {
-            name: None if name in unseen else int(np.count_nonzero(maps.bits & one.bit))
+            name: None if name in unseen else int(np.count_nonzero((maps.bits & one.bit > 0) & inside))
             for name, one in told_responses(maps.results.attrs).items()
         },
     }
@@ -383,8 +384,8 @@ def _slower(maps: Classes, answer: Advice) -> Answer | None:
 
 def _grades(maps: Classes) -> dict[str, int]:
     """How many points have each grade."""
-    held = from_rest(maps.results)
-    found = {grade.words(held): int(np.count_nonzero(maps.grades.grade == grade)) for grade in Grade}
+    held, grades = from_rest(maps.results), maps.grades.grade[_inside(maps)]
+    found = {grade.words(held): int(np.count_nonzero(grades == grade)) for grade in Grade}
     return {words: number for words, number in found.items() if number}
 
 
@@ -424,17 +425,26 @@ def unknown_words(summary: Answer) -> str:
     return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
-def _counts(state: Array) -> Answer:
-    counts = {word: int(np.count_nonzero(state == value)) for value, word in STATES.items()}
-    return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
+def _inside(maps: Classes) -> Array:
+    """Which points, [third, y, x], are where one drills: those that are counted."""
+    outside = maps.grades.outside
+    return np.ones(maps.state.shape, dtype=bool) if outside is None else ~outside
+
+
+def _counts(state: Array, inside: Array) -> Answer:
+    counted = state[inside]
+    counts = {word: int(np.count_nonzero(counted == value)) for value, word in STATES.items()}
+    share = {word: n / max(counted.size, 1) for word, n in counts.items()}
+    return {"points": int(counted.size), **counts, "share": share}
 
 
 def _map(maps: Classes, number: int, answer: Advice) -> Answer:
     """The numbers of one map: shares, connected safe regions, the largest first, the
     stretches of allowed points in each row, the recommended point and the fastest one."""
     x, y, state, connected = maps.values(maps.x), maps.values(maps.y), maps.state[number], []
+    counts = _counts(state, _inside(maps)[number])
     for cells, (top, bottom, left, right) in regions(state == SAFE):
-        area: Answer = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
+        area: Answer = {"points": cells, "share": cells / counts["points"], maps.x: [float(x[left]), float(x[right])]}
         if maps.y:
             area[maps.y] = [float(y[top]), float(y[bottom])]
         else:
@@ -443,7 +453,7 @@ def _map(maps: Classes, number: int, answer: Advice) -> Answer:
     is_here = (np.arange(len(maps.state)) == number)[:, None, None]
     fastest = _best(maps, (maps.state == SAFE) & is_here)
     return {
-        **_counts(state),
+        **counts,
         "regions": connected,
         "rows": [_row(maps, number, row) for row in range(len(y))],
         "recommended": _recommended(maps, number, answer),
@@ -544,7 +554,8 @@ def _confidence_costs(maps: Classes) -> list[Answer]:
     for level in sorted({*LEVELS, maps.confidence}) if maps.confidence is not None else ():
         is_safe = maps.safety[LEAST] >= level - 1e-9
         fastest = _best(maps, is_safe)
-        row: Answer = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
+        share = float(is_safe.sum()) / max(int(_inside(maps).sum()), 1)
+        row: Answer = {"confidence": level, "safe": int(is_safe.sum()), "share": share}
         rows.append(row | {"fastest": None if fastest is None else _everything(maps, fastest)})
     return rows
 
@@ -606,9 +617,10 @@ def _over_depth(maps: Classes) -> Answer | None:
     spans of depth in which it is open. None where depth is not swept."""
     if "depth" not in maps.results.swept:
         return None
-    levels = np.moveaxis(maps.state, (maps.third, maps.y, maps.x).index("depth"), 0)
+    place = (maps.third, maps.y, maps.x).index("depth")
+    levels, inside = np.moveaxis(maps.state, place, 0), np.moveaxis(_inside(maps), place, 0)
     depths = maps.values("depth").tolist()
-    rows = [{"depth": depth, **_counts(level)} for depth, level in zip(depths, levels, strict=True)]
+    rows = [{"depth": depth, **_counts(*level)} for depth, *level in zip(depths, levels, inside, strict=True)]
     spans = stretches(np.array([row["safe"] > 0 for row in rows]))
     is_closed_below = bool(spans) and spans[0][1] + 1 < len(depths)
     return {

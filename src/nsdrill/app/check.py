@@ -670,6 +670,13 @@ def checks_of(model: Description) -> Any:
     return import_module(model.checks) if model.checks else None
 
 
+def sticking_limits(model: Description) -> Callable[[Sequence[Values]], list[Any]] | None:
+    """What tells of settings below which speed steady drilling is unstable and up to which stick-slip may last; None
+    of a ``model`` whose checks do not tell it."""
+    found: Callable[[Sequence[Values]], list[Any]] | None = getattr(checks_of(model), "stick_slip_lasts", None)
+    return found
+
+
 def _amount_text(units: str, value: float, si: str, shown: str) -> str:
     """The text of a value [``si``] in a warning: in the units ``shown``, or in field
     units: of what is shown in m, as a depth, in ft, and of other lengths in inches."""

@@ -19,6 +19,7 @@ import copy
 import hashlib
 import inspect
 import marshal
+import re
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
@@ -275,6 +276,10 @@ def _told(file: str, line: int | None, name: str, source: str, error: BaseExcept
     return f"{file}, line {line}: {name}: {f'{source}: ' * bool(source)}{str(error).rstrip('.')}."
 
 
+# Python's words of a call that gives an argument that is not there, or not all of them.
+WRONG_CALL = re.compile(r"\(\) (got |takes |missing )|missing a required|too many positional|unexpected keyword")
+
+
 def _placed(error: BaseException, function: Function) -> str:
     """What is wrong with equations, with file, line and source of the innermost place
     that is their author's: of a script none of nsdrill, of nsdrill none of the compiler."""
@@ -291,7 +296,7 @@ def _placed(error: BaseException, function: Function) -> str:
     text = str(error) or type(error).__name__
     if isinstance(error, Hanging):
         text = f"found equations that do not end: after {SECONDS:g} s they are here; allowed: loops that end"
-    elif isinstance(error, TypeError) and "allowed" not in text:
+    elif isinstance(error, TypeError) and "allowed" not in text and not WRONG_CALL.search(text):
         text += (
             f"; allowed on values: + - * / **, comparisons, abs, max, min, of numpy {', '.join(OF_NUMPY)}, and of "
             f"nsdrill.equations.library {', '.join(FUNCTIONS)}"

@@ -56,7 +56,7 @@ def number_lines(summary: Answer, units: str) -> Iterator[str]:
     yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
-    yield from textwrap.wrap(f"{f'At {held}' if held else 'In all'}: {_counts(summary)}.", WIDTH)
+    yield from textwrap.wrap(f"{f'At {held}' if held else 'In all'}, {_counts(summary)}.", WIDTH)
     if not summary["safe"]:
         yield from _nothing_allowed(summary, fmt)
     if len(summary["maps"]) > 1:
@@ -108,7 +108,8 @@ def _counts(summary: Answer) -> str:
         parts.append(f"{summary['unknown']} unknown ({unknown_words(summary)})")
     inferred = summary["inferred_runs"]
     told = f"; {inferred} of {count(summary['runs'], 'run')} were not made but inferred from the points around"
-    return f"of {count(summary['points'], 'point')} {', '.join(parts)}{told if inferred else ''}"
+    where = " where one drills" if summary["within"] is not None else ""
+    return f"{count(summary['points'], 'point')}{where}: {', '.join(parts)}{told if inferred else ''}"
 
 
 def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
@@ -133,7 +134,7 @@ def _nothing_allowed(summary: Answer, fmt: Formatter) -> Iterator[str]:
         if levels:
             first, *others = map(str, levels)
             more = f" (or {', '.join(others)})" if others else ""
-            yield f"How bad they are, the severities say: --severity {first}{more} allows runs up to that; {moves}"
+            yield f"The severities say how bad they are: --severity {first}{more} allows runs up to that; {moves}"
         elif levels is not None:
             yield f"No severity below the greatest allows more runs; {moves}"
 

@@ -64,10 +64,11 @@ from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmode
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
-from nsdrill.words.values import Formatter, in_order, reached
+from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
+OF_A_RIG = ("Well", "Rig")  # fields that what does not drill leaves out where they are empty
 MAX_ROWS = 9  # of the table of limits
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of control that a driller turns on and off
@@ -202,11 +203,12 @@ def one_page(
     is_setting &= first.advice.unsettled is None
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     of_what = " for vibration" if first.drills else ""
+    filled = {name: value for name, value in fields.items() if value or first.drills or name not in OF_A_RIG}
     body = [
         f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",
         f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits{of_what}</p></header>",
         "<div class='fields'>",
-        *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in fields.items()),
+        *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in filled.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
         f"{escaped(first.orders.sentence())}{beside}</div>",
         f"<div class='cols'>{_list('do', 'DO', do)}{_list('dont', 'DO NOT', do_not)}</div>",
@@ -255,6 +257,7 @@ def _without_trip(tried: Trials) -> Change | None:
     return max(found, key=lambda one: one.rank, default=None)
 
 
+OF_KEYS = {"simulation.observe": "the observation", "simulation.transient": "the transient"}
 KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
 DIGEST = re.compile(r"model digest \S+ there, \S+ here")
 
@@ -264,6 +267,8 @@ def in_rig_words(text: str) -> str:
     in words. The long report has them."""
 
     def words(key: re.Match[str]) -> str:
+        if key[0] in OF_KEYS:
+            return OF_KEYS[key[0]]
         found = find(key[0])
         return found.words if found is not None else key[0].rpartition(".")[2].replace("_", " ")
 
@@ -357,7 +362,7 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
         return
     cell, maps, fmt = one.advice.cell, one.maps, one.fmt
     row = cell[1] if cell is not None else 0
-    at = f" at {_row_name(one, row)}" if maps.y else ""
+    at = f" at {fmt.named(maps.y, _row_name(one, row))}" if maps.y else ""
     axis = maps.x
     if _sticks(one) and maps.confidence is not None and axis == SPEED:
         ends = sticking_over_samples(maps, one.plane, row)
@@ -391,7 +396,8 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
             return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
         return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
     if axis == SPEED and (_is_untold(one) or not step.is_known):
-        met = f"in the runs to {_step(fmt, axis, step)}"
+        met = "in the runs it goes on to the end of the map"
+        met = met if step.next is None else f"in the runs it ended at {_step(fmt, axis, step)}"
         alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
         return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"
@@ -463,21 +469,21 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
         *((ends, "stick-slip, once started, may last") for name, *ends in one.advice.near if name == STICKS_ON),
     ]
     for ends, words in found[:MOST_STOPS]:
-        yield one.fmt.range(one.maps.x, ends), f"{words}{rows}"
+        yield one.fmt.named(one.maps.x, one.fmt.range(one.maps.x, ends)), f"{words}{rows}"
 
 
 def _over_samples(fmt: Formatter, axis: str, found: Scatter | None, words: str) -> tuple[str, str]:
     if found is None:
         return "not known", words
     low, middle, high = found.values
-    ends = fmt.range(axis, [low, high])
+    ends = fmt.named(axis, fmt.range(axis, [low, high]))
     return ends, f"{words}: 5 to 95 % of {found.of} samples, half by {fmt.value(axis, middle)}"
 
 
 def _step(fmt: Formatter, axis: str, step: Step) -> str:
     if step.next is None:
-        return f"above {fmt.value(axis, step.last or 0.0)}"
-    return fmt.range(axis, [step.next if step.last is None else step.last, step.next])
+        return f"above {fmt.named(axis, fmt.value(axis, step.last or 0.0))}"
+    return fmt.named(axis, fmt.range(axis, [step.next if step.last is None else step.last, step.next]))
 
 
 def _exceed(one: Sheet) -> tuple[str, str]:
@@ -485,8 +491,9 @@ def _exceed(one: Sheet) -> tuple[str, str]:
     if one.orders.is_withdrawn:
         return "none", f"is recommended: at {one.orders.setting()} {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
-        return most[0], f"never exceed: {most[1]}"
-    return one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1])), "the map ends there"  # of a depth
+        return one.fmt.named(one.maps.x, most[0]), f"never exceed: {most[1]}"
+    last = one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1]))
+    return one.fmt.named(one.maps.x, last), "the map ends there"  # of a depth
 
 
 def _pass(one: Sheet) -> tuple[str, str]:
@@ -566,7 +573,8 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     sign = quantity(first.maps.x, first.units).unit
     unit = f" [{escaped(sign)}]" if sign else ""
     headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", _allowed(sheets)]
-    columns = "".join(f"<th>{heading}{unit}</th>" for heading in headings)
+    name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
+    columns = "".join(f"<th>{heading}{escaped(name)}{unit}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None else None
@@ -578,8 +586,9 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
+    way += "" if first.maps.y is None or first.maps.y in ORDER else f" {first.fmt.name(first.maps.y)}"
     note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
-    return f"<table>{top}<tr><th>{way}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
+    return f"<table>{top}<tr><th>{escaped(way)}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
 
 
 def _cells(sheets: Sequence[Sheet], rows: Sequence[tuple[int, list[int | None]]]) -> list[list[str]]:

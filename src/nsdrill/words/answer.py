@@ -18,7 +18,7 @@ from nsdrill.analysis.counts import beyond_words
 from nsdrill.analysis.doubts import told_in_capitals
 from nsdrill.analysis.grades import lasts_above
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
+from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, Trials
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import (
     DAMPING,
@@ -196,12 +196,29 @@ def shown_first(told: Sequence[str]) -> int:
 def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the answer, a sentence or two each, what may
     make it wrong first."""
-    fmt, tried = Formatter(units, summary["model"]), summary["answer"].trials
-    plane = chosen_map(summary) or {}
+    fmt, plane = Formatter(units, summary["model"]), chosen_map(summary) or {}
     best = plane.get("recommended")
     point = {**plane.get("at", {}), **best} if best else None
     is_decided = _is_decided_by_damping(summary, point)
-    # whether the numbers are those of the runs, and the trials those of the file, before what they say
+    damping = list(_of_damping(summary, point, fmt))
+    yield from _of_file(summary, fmt)
+    yield from told_in_capitals(summary)
+    yield from _of_model(summary, units)
+    yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
+    yield from _of_what_was_asked(summary, fmt)
+    yield from _of_setting(summary, point, fmt, [*damping, *_of_frozen(summary)] if is_decided else [])
+    yield from _of_missing_runs(summary, fmt)
+    yield from _of_stick_slip(summary, units)
+    yield from _of_map(summary, best, point, fmt, [] if is_decided else damping)
+    yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
+    yield from _of_edges(summary, best, fmt)
+    yield from of_drag(summary)
+    yield from of_lumped(summary, units)
+
+
+def _of_file(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Whether the numbers are those of the runs, and the trials those of the file, before what they say."""
+    tried = summary["answer"].trials
     if told := edited_words(summary):
         yield told
     if numbers := summary[UNUSUAL_NUMBERS]:
@@ -222,14 +239,21 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"THE DRIVE TURNS SLOWER THAN IT IS SET: at the setting at {fmt.value('rotary_speed', turns['drive'])} on "
             f"average, not {fmt.value('rotary_speed', turns['set'])}. All speeds here are those that are set."
         )
-    yield from told_in_capitals(summary)
+
+
+def _of_model(summary: Answer, units: str) -> Iterator[str]:
+    """What runs of the model, as they were made, cannot show."""
+    fmt = Formatter(units, summary["model"])
     yield from _of_mud(summary, fmt)
     yield from _of_short_runs(summary, units)
     yield from _of_tolerance(summary)
     yield from _of_peaks(summary)
     yield from _of_cutting(summary, units)
     yield from of_unmodelled(summary, fmt)
-    yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
+
+
+def _of_what_was_asked(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Thresholds that are moved, where one drills, and a study that this version does not read."""
     yield from _of_thresholds(summary["moved_thresholds"], described(summary["model"]).critical)
     if (within := summary["within"]) is not None:
         drilled = " and ".join(fmt.span(axis, [one["from"], one["to"]]) for axis, one in within["ranges"].items())
@@ -242,37 +266,57 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "THE STUDY IN THE FILE IS NOT ONE OF THIS VERSION: critical speeds, motions that may last and to which "
             "speed stick-slip does are left out here, as they follow from it. Run the study again."
         )
-    is_held = tried is not None and tried.is_tried(HELD) and (not tried.corners or tried.is_tried(HELD_IN_CORNER))
-    unknown_end = list(unknown_end_text(summary))
-    bounces = list(_of_lasting_motions(summary, point, fmt, ("lobe_resonance",))) if point else []
-    is_knocked = tried is not None and tried.is_tried(OFF_ROCK)
-    # what concerns the setting itself, and no trial has shown, comes first
+
+
+def _is_held(tried: Trials | None) -> bool:
+    """Whether trials held the bit at the setting, and in the corners of its limits where they tried these."""
+    return tried is not None and tried.is_tried(HELD) and (not tried.corners or tried.is_tried(HELD_IN_CORNER))
+
+
+def _is_across(summary: Answer) -> bool:
+    """Whether some allowed point lies beyond a step that may jump across a vibration."""
+    return summary["answer"].tried_kind is not None or summary["jumped_points"] > 0
+
+
+def _is_stuck_through(summary: Answer) -> bool:
+    """Whether the setting lies above speeds that were passed in stick-slip."""
+    return bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
+
+
+def _of_setting(summary: Answer, point: Answer | None, fmt: Formatter, decisive: Iterable[str]) -> Iterator[str]:
+    """What concerns the setting itself, and no trial has shown; with what decides on it."""
+    advice, tried = summary["answer"], summary["answer"].trials
     yield from trial_words.of_setting(tried, fmt)
-    if (started := summary["answer"].started) and tried is None:
-        did = words_of(summary, units).verbs_of(started)
+    if advice.started and tried is None:
+        did = words_of(summary, fmt.system).verbs_of(advice.started)
         yield (
             f"STARTED AT THE POINT IT {did.upper()}: there it is free only on the slow way from below. "
             "Trials show which ways in are free (--trials)."
         )
-    if summary["answer"].is_unreached and tried is None:
-        way = summary["answer"].way_in
-        known = "IS KNOWN" if way is None or way.first == First.NONE else "WAS RUN"
+    if advice.is_unreached and tried is None:
+        known = "IS KNOWN" if advice.way_in is None or advice.way_in.first == First.NONE else "WAS RUN"
         yield (
             f"NO WAY IN {known}: started at the setting it is free, but nothing that was run shows how it is reached. "
             "Trials show whether a fast way in ends free (--trials)."
         )
-    is_jumped = summary["answer"].tried_kind is not None
-    is_across = is_jumped or summary["jumped_points"] > 0  # some allowed point lies beyond such a step
+    is_jumped, is_across = advice.tried_kind is not None, _is_across(summary)
     yield from _of_jumps(summary, fmt) if is_across else ()
     yield from _of_gaps(summary, fmt) if is_jumped else ()
-    yield from [] if is_held else unknown_end
-    yield from [] if is_knocked else bounces
-    damping = list(_of_damping(summary, point, fmt))
-    yield from [*damping, *_of_frozen(summary)] if is_decided else []
+    yield from [] if _is_held(tried) else unknown_end_text(summary)
+    yield from [] if tried is not None and tried.is_tried(OFF_ROCK) else _of_bounces(summary, point, fmt)
+    yield from decisive
     yield from _of_low_side(summary)
     yield from _of_gaps(summary, fmt) if is_across and not is_jumped else ()
-    is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
-    yield from stuck_through_text(summary, fmt) if is_carried else ()
+    yield from stuck_through_text(summary, fmt) if _is_stuck_through(summary) else ()
+
+
+def _of_bounces(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """Bit-bounce that may last at the point, once it begins."""
+    yield from _of_lasting_motions(summary, point, fmt, ("lobe_resonance",)) if point else ()
+
+
+def _of_missing_runs(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Points at which the bit stalls, and runs that are missing, that failed or that are not known."""
     if stalls := summary["obstacles"].get("stalled"):
         yield (
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
@@ -285,21 +329,34 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_part(summary["chain"], fmt)
-    yield from trial_words.warnings(tried)
+    yield from trial_words.warnings(summary["answer"].trials)
     yield from _of_unknown_runs(summary)
+
+
+def _of_stick_slip(summary: Answer, units: str) -> Iterator[str]:
+    """Where stick-slip may last, and where it ends too early."""
+    fmt = Formatter(units, summary["model"])
     yield from sticking_texts(summary, fmt)
-    yield from () if is_carried else stuck_through_text(summary, fmt)
-    if is_held:
-        yield from (f"{text} Trials started the setting and the corners of its limits so." for text in unknown_end)
+    yield from () if _is_stuck_through(summary) else stuck_through_text(summary, fmt)
+    if _is_held(summary["answer"].trials):
+        told = unknown_end_text(summary)
+        yield from (f"{text} Trials started the setting and the corners of its limits so." for text in told)
     ends = summary[ENDS_EARLY]
     if summary["stick_slip"]["settings"]:  # which says so of what a step ended
         ends = [one for one in ends if one["contact"] or one["surface_amplitude"]["value"] > 0.0]
     if ends:
         yield early_text(ends, units)
+
+
+def _of_map(
+    summary: Answer, best: Answer | None, point: Answer | None, fmt: Formatter, damping: Iterable[str]
+) -> Iterator[str]:
+    """What holds of all points of the map; with what is said of ``damping``."""
+    tried = summary["answer"].trials
     if summary["safe"] or summary["most_probable"]:
         yield from _of_critical_speeds(summary, fmt)
-        yield from () if is_across else (*_of_jumps(summary, fmt), *_of_gaps(summary, fmt))
-    yield from [] if is_decided else damping
+        yield from () if _is_across(summary) else (*_of_jumps(summary, fmt), *_of_gaps(summary, fmt))
+    yield from damping
     if summary["one_damping"]:
         yield (
             "DEPTH DOES NOT CHANGE THE ONSET of stick-slip here: drillstring.torsional_damping is one number for all "
@@ -307,7 +364,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     if point:
         yield from _of_lasting_motions(summary, point, fmt, ("wall_speed",))
-    yield from bounces if is_knocked else []
+    yield from _of_bounces(summary, point, fmt) if tried is not None and tried.is_tried(OFF_ROCK) else []
     yield from _of_samples(summary, best or summary["most_probable"] or {})
     yield from [] if summary["answer"].unsettled else _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
@@ -329,10 +386,6 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
-    yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
-    yield from _of_edges(summary, best, fmt)
-    yield from of_drag(summary)
-    yield from of_lumped(summary, units)
 
 
 def of_lumped(summary: Answer, units: str) -> Iterator[str]:
@@ -426,12 +479,12 @@ def of_unmodelled(summary: Answer, fmt: Formatter) -> Iterator[str]:
     tell."""
     if names := summary["not_in_model"]:
         missing = " and no ".join(RESPONSES[name].words for name in names)
-        yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so that none was looked for."
+        yield f"NOT IN THE MODEL: {summary['model']} has no {missing}, so none was looked for."
     if (step := summary["bounce_untold"]) is not None:
         yield (
             f"AT WHICH SPEEDS THE BIT BOUNCES is not known of {summary['model']}: steps of up to "
-            f"{fmt.value('rotary_speed', step)} may jump across some. What is free on both sides need not be between; "
-            "make them smaller."
+            f"{fmt.value('rotary_speed', step)} may jump across some. Between two free speeds it may bounce: "
+            "make the steps smaller."
         )
 
 
@@ -564,10 +617,10 @@ def _of_jumps(summary: Answer, fmt: Formatter) -> Iterator[str]:
 def _of_gaps(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """Gaps of the axes, in which nothing was run."""
     for gap in summary["gaps"]:
-        ends = fmt.range(gap["axis"], [gap["from"], gap["to"]])
+        ends = fmt.named(gap["axis"], fmt.range(gap["axis"], [gap["from"], gap["to"]]))
         yield (
-            f"A GAP OF THE SWEEP at {ends}: nothing was run between, and the other steps are smaller. What is free on "
-            f"both sides need not be between. Give the {fmt.name(gap['axis'])} values there."
+            f"A GAP OF THE SWEEP at {ends}: nothing was run in it, and the other steps are smaller. Between free "
+            f"points it may vibrate: give the {fmt.name(gap['axis'])} values there."
         )
 
 
@@ -627,13 +680,13 @@ def _of_motions(summary: Answer, rests: Unsettled | None = None) -> Iterator[str
     unsettled = summary["unsettled_in_all"]
     if summary["safe"]:
         unsettled, of, points = summary["unsettled_points"], "allowed point", summary["safe"]
-        which = "" if not best or best["settled"] else ", the best one among them,"
+        which = "" if not best or best["settled"] or points == 1 else ", the best one among them,"
     if unsettled:
         means = ""
         if rests is not None and rests.points:
             beside = f", and {rests.beside} of those beside it" if rests.beside else ""
             means = (
-                f" Of what to stay within they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
+                f" Within the limits they are {rests.points} of {count(rests.of, 'point')}{beside}: a vibration "
                 "that grows slowly is not seen there."
             )
         yield (
@@ -645,11 +698,13 @@ def _of_motions(summary: Answer, rests: Unsettled | None = None) -> Iterator[str
 def _of_edges(summary: Answer, best: Answer | None, fmt: Formatter) -> Iterator[str]:
     """The edges of the map at which the allowed points around the ``best`` end."""
     if not best:
-        ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
+        ends = " and ".join(
+            fmt.named(axis, fmt.range(axis, summary["ranges"][axis])) for axis in in_order(summary["axes"])
+        )
         yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
         return
     edges = [
-        fmt.value(axis, side["safe_to"])
+        fmt.named(axis, fmt.value(axis, side["safe_to"]))
         for axis in in_order(summary["axes"])
         for side in best["margins"][axis].values()
         if side["why"] == "edge"

@@ -51,6 +51,9 @@ class Orders(Words):
             yield f"Take {self.setting()} as a hint only: it is free when started there, but no way in was run."
         elif self.advice.kind == Kind.HINT and self.is_above:
             yield f"Take {self.setting()} as a hint only: nothing was brought up through {self.begun_above}."
+        elif self.advice.kind == Kind.HINT and self.advice.by_request:
+            room = "the range asked for leaves no room around it, though the map allows more beyond"
+            yield f"Take {self.setting()} as a hint only: {room}."
         elif self.advice.kind == Kind.HINT:
             change = "of weight or speed may make it vibrate" if self.drills else "may end that"
             yield f"Take {self.setting()} as a hint only: a small change {change}."
@@ -181,14 +184,10 @@ class Orders(Words):
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
         if advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
-            others = f" at one {fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
-            for name, low, high in advice.stops:
-                at, does = fmt.range(self.along, [low, high]), self.responses[name].does
-                yield f"Do not run at {at}{self._but_for(low, high)}: there it {does}{others}."
-            for name, low, high in advice.near:
-                if name == STICKS_ON:
-                    at = f"{fmt.range(self.along, [low, high])}{self._but_for(low, high)}"
-                    yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
+            orders = list(self._forbidden())[:MOST]
+            if orders and self._is_among_forbidden():
+                orders[-1] += f" The one exception, as a hint, is {self.setting()}."
+            yield from orders
             return
         if self.is_withdrawn:
             yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
@@ -237,13 +236,23 @@ class Orders(Words):
         if self.along in advice.stay_within and not is_hint:
             yield from self._beyond_end(self.along, advice.stay_within[self.along].below, "below")
 
-    def _but_for(self, low: float, high: float) -> str:
-        """The best of what is not safe, where it lies among what is forbidden at one value or another of the other
-        axis: the answer names it, as a hint."""
-        value = self.advice.point.get(self.along)
-        if value is None or not low <= value <= high:
-            return ""
-        return f", but for {self.setting()} as a hint"
+    def _forbidden(self) -> Iterator[str]:
+        """Where not to run, where nothing is safe."""
+        others = f" at one {self.fmt.name(self.axes[1])} or another" if len(self.axes) > 1 else ""
+        for name, low, high in self.advice.stops:
+            at = self.fmt.named(self.along, self.fmt.range(self.along, [low, high]))
+            yield f"Do not run at {at}: there it {self.responses[name].does}{others}."
+        for name, low, high in self.advice.near:
+            if name == STICKS_ON:
+                at = self.fmt.named(self.along, self.fmt.range(self.along, [low, high]))
+                yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
+
+    def _is_among_forbidden(self) -> bool:
+        """Whether the best of what is not safe, which the answer names as a hint, lies among what is forbidden at one
+        value or another of the other axis."""
+        value, advice = self.advice.point.get(self.along), self.advice
+        found = [*advice.stops, *(one for one in advice.near if one[0] == STICKS_ON)]
+        return value is not None and any(low <= value <= high for _, low, high in found)
 
     def _is_near(self, wall: tuple[float, float]) -> bool:
         """Whether one who drills at the setting comes near these speeds."""
@@ -280,7 +289,8 @@ class Orders(Words):
         begun, within = self.begun(), advice.stay_within.get(first)
         it = f"it {self.verbs_of(advice.slowly)}"
         if advice.slowly_at:
-            where = " and ".join(self.fmt.value(axis, advice.slowly_at[axis]) for axis in in_order(advice.slowly_at))
+            at = advice.slowly_at
+            where = " and ".join(self.fmt.named(axis, self.fmt.value(axis, at[axis])) for axis in in_order(at))
             it += f" at {where}"
         if begun and within is not None and advice.slowly_from[first] <= within.low:
             it += "; from the limits up no slow way was run"
@@ -304,7 +314,7 @@ class Orders(Words):
         less = ""
         if within is not None and within.high < limit.value:  # as within is what is free after any history
             less = f"; {self._beyond(axis, within.above)}"
-        yield f"Do not exceed {most[0]}: {most[1]}{less}."
+        yield f"Do not exceed {self.fmt.named(axis, most[0])}: {most[1]}{less}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
         """Not to go beyond an end of what is allowed; of a single value there is one end
@@ -317,11 +327,12 @@ class Orders(Words):
         if low == high:
             if way == "above" or axis == self.along:
                 beside = f": {what}, and nothing between was run" if what else ""
-                yield f"Stray as little as you can from {self.fmt.value(axis, low)}{beside}."
+                single = self.fmt.named(axis, self.fmt.value(axis, low))
+                yield f"Stray as little as you can from {single}{beside}."
             return
         if not what and way == "below":  # the map begins there
             return
-        end = self.fmt.value(axis, high if way == "above" else low)
+        end = self.fmt.named(axis, self.fmt.value(axis, high if way == "above" else low))
         # the way in, and a pick up, lead through what lies below
         text = f"Do not go {way} {end}" if way == "above" else f"Once there, do not go {way} {end}"
         yield f"{text}: {what or 'nothing is known beyond'}."

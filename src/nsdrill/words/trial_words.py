@@ -94,15 +94,16 @@ def outcome_words(one: Trial) -> str:
     return "free" if one.outcome == Outcome.FREE else ", ".join(names) or "critical"
 
 
-def best_words(found: Trials | None, along: str, fmt: Formatter) -> str:
+def best_words(found: Trials | None, along: str, fmt: Formatter, *, brief: bool = False) -> str:
     """The change that helps most: ``stabilisers 30 ft apart would free 90 to 160 rpm at 20 klbf, tried
-    there only``; "" where none does."""
+    there only``; "" where none does. In ``brief`` without what it takes, and why it is poor."""
     best = found.best if found is not None else None
-    return "" if found is None or best is None else change_words(best, found, along, fmt)
+    return "" if found is None or best is None else change_words(best, found, along, fmt, brief=brief)
 
 
-def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
-    """What a ``change`` frees, and at which weight alone it was tried; "" where it frees nothing."""
+def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, brief: bool = False) -> str:
+    """What a ``change`` frees, and at which weight alone it was tried; "" where it frees nothing. In ``brief`` without
+    what it takes, and why it is poor."""
     if change.widest is None:
         return ""
     wob = _weight_of(change, found)
@@ -120,7 +121,10 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter) -> s
         and change.holds_usual is not False
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
-    return f"{change.words}, {_effort(change)}, {'would' if is_sure else 'may'} free {free}{_poor(change)}"
+    does = f"{'would' if is_sure else 'may'} free {free}"
+    if brief:
+        return f"{change.words} {does}{' (poor)' if _poor(change) else ''}"
+    return f"{change.words}, {_effort(change)}, {does}{_poor(change)}"
 
 
 def _effort(change: Change) -> str:

@@ -80,6 +80,11 @@ class Formatter:
         """The name of an axis in a sentence."""
         return quantity(axis).words
 
+    def named(self, axis: str, text: str) -> str:
+        """A ``text`` with values of an axis, with its name before it where the unit does not tell a driller which one
+        it is: ``120 rpm``, but ``force 0.06``."""
+        return text if axis in ORDER else f"{self.name(axis)} {text}"
+
     def number(self, axis: str, value: float) -> str:
         shown = shown_quantity(axis, self.system)
         number, decimals = value / shown.scale, _DECIMALS.get(shown.unit, math.inf)
@@ -172,12 +177,7 @@ class Formatter:
     def setting(self, point: Answer, axes: Iterable[str | None]) -> str:
         """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
         their names."""
-        return ", ".join(
-            self.value(axis, point[axis])
-            if axis in ORDER
-            else f"{quantity(axis).words} {self.value(axis, point[axis])}"
-            for axis in in_order(axes)
-        )
+        return ", ".join(self.named(axis, self.value(axis, point[axis])) for axis in in_order(axes))
 
     def _rpm(self, axis: str, *values: float) -> str:
         if self.system == "field" or axis != "rotary_speed":

@@ -158,7 +158,8 @@ class Words:
         ``brief`` without where."""
         way = self.advice.way_in
         return " and ".join(
-            self.responses[name].words + ("" if brief else f" at {self.fmt.range(self.carried, [low, high])}")
+            self.responses[name].words
+            + ("" if brief else f" at {self.fmt.named(self.carried, self.fmt.range(self.carried, [low, high]))}")
             for name, low, high in (way.crossed if way is not None else ())
         )
 
@@ -181,12 +182,7 @@ class Words:
     def setting(self) -> str:
         """``25 klbf and 100 rpm``, with a third axis ``with soft torque``."""
         point = {axis: self.set_value(axis) for axis in self.advice.point if axis != "depth"}
-        parts = [
-            self.fmt.value(axis, point[axis])
-            if axis in ORDER
-            else f"{quantity(axis).words} {self.fmt.value(axis, point[axis])}"
-            for axis in in_order(point)
-        ]
+        parts = [self.fmt.named(axis, self.fmt.value(axis, point[axis])) for axis in in_order(point)]
         at = self.advice.at
         where = f" with {self.fmt.setting(at, at)}" if at else ""
         return " and ".join(parts) + where
@@ -199,7 +195,7 @@ class Words:
     def ends(self, axis: str) -> str:
         """What to stay within along an axis: ``85 to 115 rpm``."""
         one = self.advice.stay_within[axis]
-        return self.fmt.range_inwards(axis, one.low, one.high)
+        return self.fmt.named(axis, self.fmt.range_inwards(axis, one.low, one.high))
 
     def last(self, axis: str, value: float) -> str:
         """The last value that is allowed, as it can be set: not below that of the point."""
@@ -354,7 +350,8 @@ class Words:
         is_tagged = not self.advice.trials or not self.advice.trials.withdraws
         least = f"Unsafe: {setting}, {'after a pick up and tag' if is_tagged else why}."
         shortest = re.sub(r"none of \d+ ways in ended free in trials", "no way in is free", least)
-        return first_short(*(f"{begin} {helps}" for begin in (text, brief, least, shortest)))
+        begins = (text, brief, least, shortest)
+        return first_short(*(f"{begin} {one}" for one in helps for begin in begins), *begins)
 
     @property
     def _has_others(self) -> bool:
@@ -369,10 +366,13 @@ class Words:
         free = sum(one.outcome == Outcome.FREE for one in ways)
         return f"{free or 'none'} of {count(len(ways), 'way')} in ended free in trials"
 
-    def _helps(self) -> str:
-        """What trials found that is better than a hint, as a sentence; "" where they found nothing."""
-        text = trial_words.best_words(self.advice.trials, self.along, self.fmt)
-        return f"{text[0].upper()}{text[1:]}." if text else ""
+    def _helps(self) -> list[str]:
+        """What trials found that is better than a hint, as a sentence, whole and in brief; none where they found
+        nothing. Where there are no words left for either, a line beside the answer tells it."""
+        texts = [
+            trial_words.best_words(self.advice.trials, self.along, self.fmt, brief=brief) for brief in (False, True)
+        ]
+        return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(texts) if text]
 
     def _from_below(self) -> str:
         return first_short(*(self._brought_up(self.bring(brief)) for brief in (False, True)))
@@ -459,7 +459,7 @@ class Words:
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
         if self.advice.slowly_at:
             there = self.advice.slowly_at
-            where = ", ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+            where = self.fmt.setting(there, there)
             raised = "With the weight raised" if is_weight else "Raised slowly"
             texts = [f"{go} {slowly}{begun} it {verb} at {where}." for verb in (verbs, "vibrates")]
             texts += [f"{go} Slowly{begun} it {verbs} at {where}."]
@@ -484,7 +484,8 @@ class Words:
         """From where what is raised slowly vibrates: `` from below 60 rpm``, of the first value of the sweep `` from 60
         rpm``, below which nothing was run; "" where no run tells it."""
         for axis, value in self.advice.slowly_from.items():
-            return f" from {'' if self.advice.from_first else 'below '}{self.fmt.value(axis, value)}"
+            begins = self.fmt.named(axis, self.fmt.value(axis, value))
+            return f" from {'' if self.advice.from_first else 'below '}{begins}"
         return ""
 
     def _hint(self) -> str:
@@ -516,7 +517,8 @@ class Words:
         brief, room = f"Narrow hint: {self.setting()}", self.and_within()
         heads = [f"No setting has room. {brief}, {how}{room}", f"{brief}, {how}{room}", f"{brief}{room}"]
         if helps := self._helps():
-            return first_short(f"{heads[0]}. {helps}", f"{brief}. {helps}")
+            texts = [f"{head}. {one}" for one in helps for head in (heads[0], brief)]
+            return first_short(*texts, *(f"{head}." for head in heads))
         known = self.advice.way_in
         if self.advice.jump is not None:
             over = self.over_jump()
@@ -574,9 +576,8 @@ class Words:
     def over(self, jump: Jump) -> str:
         """The same of a ``jump``."""
         if jump.motion is None:
-            return (
-                f"nothing was run between {self.fmt.range(jump.axis, [jump.low, jump.high]).replace(' to ', ' and ')}"
-            )
+            ends = self.fmt.range(jump.axis, [jump.low, jump.high]).replace(" to ", " and ")
+            return f"nothing was run between {self.fmt.named(jump.axis, ends)}"
         at = self.fmt.range_outwards(jump.axis, jump.low, jump.high)
         return f"steps of {self.fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
 
@@ -598,7 +599,7 @@ class Words:
                 if border and border.grade == Grade.STALLED and border.value is not None:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
-                    return f"at {self.fmt.value(axis, border.value)} nothing is known"
+                    return f"at {self.fmt.named(axis, self.fmt.value(axis, border.value))} nothing is known"
         if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
             return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
@@ -611,7 +612,7 @@ class Words:
             return "the sweep ends beside it, extend it to learn more"
         if (high - low) / 2 < float(tolerance(self.along, np.array([low, self.advice.point[self.along]]))[1]):
             ends = " and ".join(self.fmt.value(self.along, value) for value in (low, high))
-            return f"no finer map shows room between {ends}"
+            return f"no finer map shows room between {self.fmt.named(self.along, ends)}"
         return "a finer map around it would show more"
 
     def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
@@ -649,17 +650,19 @@ class Words:
                     self.carried, "brought up from below"
                 )
                 return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
-            return self._stopped(
-                f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only "
-                f"{'when ' if lowered == 'lowered from above' else ''}{lowered};",
-                self._helps(),
-            )
-        return self._stopped(f"Nothing is {self._known()}safe{self._where()}:", self._helps())
+            free = f"{'when ' if lowered == 'lowered from above' else ''}{lowered}"
+            whole = f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only {free};"
+            brief = f"Free only {free}: {self.setting()}."
+        else:
+            whole, brief = f"Nothing is {self._known()}safe{self._where()}:", ""
+        helps = self._helps()
+        texts = [self._stopped(whole, one) for one in helps] + [f"{brief} {one}" for one in helps if brief]
+        return first_short(*texts, self._stopped(whole))
 
     def _where(self) -> str:
         """Within what nothing is safe, where other points of the map are free: `` at 20 to 35 klbf``."""
         ends = [
-            self.fmt.range(axis, [one["from"], one["to"]])
+            self.fmt.named(axis, self.fmt.range(axis, [one["from"], one["to"]]))
             for axis, one in (self.drilled or {"ranges": {}})["ranges"].items()
         ]
         return f" at {' and '.join(ends)}" if ends else ""
@@ -672,7 +675,7 @@ class Words:
             for name, *_ in (*self.advice.stops, *self.advice.near)
         ]
         found = [
-            f"{words} at {self.fmt.range(self.along, [low, high])}"
+            f"{words} at {self.fmt.named(self.along, self.fmt.range(self.along, [low, high]))}"
             for words, (_, low, high) in zip(names, (*self.advice.stops, *self.advice.near), strict=True)
         ]
         number = len(found)
@@ -736,7 +739,10 @@ class Words:
         found = self.advice.basis
         if found is None:
             return ""
-        steps = [self.fmt.steps(axis, *found.steps[axis]) for axis in in_order(found.steps)]
+        steps = [
+            self.fmt.steps(axis, *found.steps[axis]) + ("" if axis in ORDER else f" of {self.fmt.name(axis)}")
+            for axis in in_order(found.steps)
+        ]
         every = f" every {listed(steps)}, none between" if steps else ""
         inferred = f"; {found.inferred} inferred, not run" if found.inferred else ""
         return f"Rests on {count(found.settings, 'setting')}{every}{inferred}."
@@ -756,7 +762,7 @@ class Words:
             return ""
         at = f"at {self.fmt.value(axis, border.value)}"
         if border.beside is not None:
-            at += f" and {self.fmt.value(*border.beside)}"
+            at += f" and {self.fmt.named(border.beside[0], self.fmt.value(*border.beside))}"
         if border.outside and border.grade is None and not border.is_unsettled:
             return f"{at} it is not drilled, as asked"
         if border.outside:
@@ -815,7 +821,7 @@ class Words:
             return ""
         there = self.advice.slowly_at
         slowly = ("With the weight raised" if self.carried == "wob" else "Brought up slowly") + self.begun()
-        where = " and ".join(self.fmt.value(axis, there[axis]) for axis in in_order(there))
+        where = " and ".join(self.fmt.named(axis, self.fmt.value(axis, there[axis])) for axis in in_order(there))
         return f"{slowly} it {self.verbs_of(self.advice.slowly) or 'vibrates'} at {where}"
 
     def untried_rate(self) -> str:
@@ -989,7 +995,7 @@ class Words:
         at = self.fmt.inwards(found.axis, 0.0, found.at)[1]
         if found.bound is not None and at <= (found.bound.value or 0.0):
             at = found.at
-        return f"{self.fmt.value(found.axis, at)}{self._only_at()}"
+        return f"{self.fmt.named(found.axis, self.fmt.value(found.axis, at))}{self._only_at()}"
 
     def _only_at(self) -> str:
         """At which value of the other axis alone a vibration ends there: `` at width 2``."""
@@ -997,7 +1003,7 @@ class Words:
         if found is None or found.only_at is None:
             return ""
         axis = found.only_at[0]
-        return f" at {'' if axis in ORDER else f'{quantity(axis).words} '}{self.setting_of(axis)}"
+        return f" at {self.fmt.named(axis, self.setting_of(axis))}"
 
     def _at_bound(self, bound: Border) -> str:
         found = self.advice.recover

@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.analysis.early_end import SPEED
 from nsdrill.analysis.sticking import EVERY
-from nsdrill.app.check import checks_of
+from nsdrill.app.check import checks_of, sticking_limits
 from nsdrill.app.check import damping_of_torsion as unusual_damping
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
@@ -47,7 +47,7 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     is_drawn = "start" in results.grid or any(axis.key.startswith("initial.") for axis in results.more)
     from_rest = _is_at_rest(study.initial) and not is_drawn
     held: Answer = {"from_rest": from_rest} | ({"by_start": True} if _depends_on_start(study, results) else {})
-    limits = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    limits = sticking_limits(study.model)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
         return {"over": [], "unstable_to": [None], "lasts_to": [None], **held}
@@ -124,7 +124,8 @@ def _lasts_at(
 ) -> list[tuple[float, float | None] | None]:
     """The speeds of these settings of the resolved study of this ``text``."""
     study = _study(text)
-    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    limits = sticking_limits(study.model)
+    assert limits is not None
     found: list[tuple[float, float | None] | None] = limits(
         [values_at(study.parameters, study.initial, dict(at)) for at in settings]
     )

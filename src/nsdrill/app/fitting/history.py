@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.early_end import SPEED
-from nsdrill.app.check import checks_of
+from nsdrill.app.check import sticking_limits
 from nsdrill.data import Answer, Array, evenly_spaced
 from nsdrill.models.parts import values_at
 
@@ -25,7 +25,7 @@ def two_motions(study: Study, measured: Measured, unknowns: Mapping[str, Array])
     may last as well, by the checks of the model, in which ``share`` of samples of the ``unknowns`` [samples] where
     that is greatest. A well that came there another way than the runs of a fit, which begin as the study does, may
     have been in the other motion. None where both are possible nowhere, or the checks do not tell it."""
-    limits: Any = getattr(checks_of(study.model), "stick_slip_lasts", None)
+    limits = sticking_limits(study.model)
     if limits is None:
         return None
     own = {name: np.full(measured.points, float(value)) for name, value in vars(study.operation).items()}
