@@ -207,6 +207,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from [] if is_decided else _of_frozen(summary)  # on purpose, and so after a number that decides
     yield from _of_what_was_asked(summary, fmt)
     yield from _of_setting(summary, point, fmt, [*damping, *_of_frozen(summary)] if is_decided else [])
+    yield from left_out_texts(summary, fmt, units)
     yield from _of_missing_runs(summary, fmt)
     yield from _of_stick_slip(summary, units)
     yield from _of_map(summary, best, point, fmt, [] if is_decided else damping)
@@ -322,7 +323,6 @@ def _of_missing_runs(summary: Answer, fmt: Formatter) -> Iterator[str]:
             f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it"
             f"{', or it sticks for longer than was observed' if summary[SHORT] else ''}. These points are not safe."
         )
-    yield from left_out_texts(summary, fmt, units)
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
