@@ -50,11 +50,8 @@ def test_a_damping_is_judged_with_the_numbers_of_the_samples():
     """Friction that a fit has moved: with that of the study itself stick-slip would last to twice the speed."""
     samples = "{bit.friction.static: [0.35, 0.36], bit.friction.dynamic: [0.25, 0.245]}"
     of_samples = STUDY.format(damping="") + f"uncertain: {{samples: 2, table: {samples}}}\n"
-    of_them = (
-        STUDY.format(damping="")
-        + "bit: {lobes: 1, surface_amplitude: 0 mm, friction: {static: 0.36, dynamic: 0.245}}\n"
-    )
-    of_them = of_them.replace("bit: {lobes: 1, surface_amplitude: 0 mm}\n", "")
+    friction = "surface_amplitude: 0 mm, friction: {static: 0.36, dynamic: 0.245}"
+    of_them = STUDY.format(damping="").replace("surface_amplitude: 0 mm", friction)
     drawn, moved, nominal = (
         nsdrill.window(nsdrill.run(text, progress=False)) for text in (of_samples, of_them, STUDY.format(damping=""))
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import product
-from math import isinf, prod
+from math import isinf, isnan, prod
 from operator import attrgetter
 from typing import Any
 
@@ -197,13 +197,12 @@ def _folds(
         for drawn in numbers
     ]
     found_at = folds([*now, *(with_usual(values, found) for values in now)])
-    speeds = FOLD_ERROR * np.array([float(one or 0.0) for one in found_at])
-    known = ~np.isnan(speeds.reshape(2, len(weights), -1)).any(axis=(0, 2))
-    highest = speeds.reshape(2, len(weights), -1).max(axis=2)
+    speeds = FOLD_ERROR * np.array([float(one or 0.0) for one in found_at]).reshape(2, len(weights), len(numbers))
+    highest: list[list[float]] = speeds.max(axis=2).tolist()  # NaN where one is not known
     return [
-        (wob, {"now": float(one), "usual": float(other)})
-        for wob, one, other, is_known in zip(weights, *highest, known, strict=True)
-        if is_known
+        (wob, {"now": one, "usual": other})
+        for wob, one, other in zip(weights, *highest, strict=True)
+        if not isnan(one) and not isnan(other)
     ]
 
 
