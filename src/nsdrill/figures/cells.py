@@ -186,8 +186,9 @@ def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float
 
 
 def hatch_unsettled(axes: Axes, cells: Cells, unsettled: Array) -> None:
-    """Hatch the cells [y, x] of runs that had not settled, in black: what they show need not be
-    what comes to stay."""
+    """Hatch the cells [y, x] of runs that had not settled, in black with white beside it, which is seen
+    on every colour: what they show need not be what comes to stay."""
+    hatch(axes, cells, unsettled, UNSETTLED_HATCH, "white", "unsettled:ground", width=1.5)
     hatch(axes, cells, unsettled, UNSETTLED_HATCH, "black", "unsettled", width=0.5)
 
 
