@@ -52,6 +52,7 @@ STICKS_TO = "stick_slip_lasts_to"  # root attribute of results in memory: to whi
 MUD_DRIVES = "mud_drives_whirl_above"  # variable of results in memory: from which speed mud drives whirl [rad/s]
 MODEL_PARTS = "model_parts"  # root attribute: the digest of each part of a script's model by its words, as JSON
 USED_SCRIPTS = "used_scripts"  # root attribute: script and digest of each drive and law of a script, as JSON
+MEASURED_BY = "measured_by_scripts"  # root attribute: script and digest of each quantity that one measures, as JSON
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 GUESSED_SCALES = "guessed_scales"  # likewise: the states of which it is a guess, where there are such
 EDITED_SOURCE = "unsealed_source"  # root attribute: what was changed by another program, or by hand, of data
