@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+import nsdrill
 from nsdrill.app.check import lasting_motions
 from nsdrill.models.begin import begin_below
 from nsdrill.store.results import read_results
@@ -43,6 +44,24 @@ def test_a_damping_that_decides_is_among_the_first_warnings(call, ran):
     assert 0.0 <= high - answer["sticks_to"]["rotary_speed"] < 0.1, "the same speed, rounded outwards to 0.1 rad/s"
     usual = re.search(r"With 0.03, ([\d.]+ \S+)", said)[1]
     assert "DAMPING OF TORSION" not in call("window", ran(f", torsional_damping: {usual}"), "--all").out
+
+
+def test_a_damping_is_judged_with_the_numbers_of_the_samples():
+    """Friction that a fit has moved: with that of the study itself stick-slip would last to twice the speed."""
+    samples = "{bit.friction.static: [0.35, 0.36], bit.friction.dynamic: [0.25, 0.245]}"
+    of_samples = STUDY.format(damping="") + f"uncertain: {{samples: 2, table: {samples}}}\n"
+    friction = "surface_amplitude: 0 mm, friction: {static: 0.36, dynamic: 0.245}"
+    of_them = STUDY.format(damping="").replace("surface_amplitude: 0 mm", friction)
+    drawn, moved, nominal = (
+        nsdrill.window(nsdrill.run(text, progress=False)) for text in (of_samples, of_them, STUDY.format(damping=""))
+    )
+    (one,), (other,), (far,) = (found["damping_of_torsion"]["lasts"] for found in (drawn, moved, nominal))
+    for end in ("now", "usual"):
+        assert one[end] == pytest.approx(other[end], rel=1e-6)
+        assert far[end] > 1.5 * one[end]
+    assert drawn["damping_of_torsion"]["sample"] == 1
+    said = next(text for text in drawn["answer"]["warnings"] if "DAMPING OF TORSION" in text)
+    assert "in the sample where it lasts longest" in said
 
 
 def test_torques_are_those_above_off_bottom_at_their_speed(call, ran):

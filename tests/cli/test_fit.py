@@ -25,6 +25,7 @@ uncertain:
   bit.friction.dynamic: {uniform: [0.05, 0.2]}
 """
 NAMES = ("stick_slip_index", "surface_torque_max", "surface_torque_min")
+ROUGHLY = ("--set", "classify.settled.tolerance=100")  # 60 s hold few periods of stick-slip
 LONGER = ("--set", "simulation.transient=300 s")
 STEADY = ("--set", "simulation.transient=1500 s", "--error", "stick_slip_index=20")  # until it has settled
 POINTS = [(2.0, 30e3), (4.0, 50e3), (6.0, 60e3), (9.0, 60e3)]  # rad/s, N
@@ -76,9 +77,11 @@ def test_known_values_come_back(call, truth):
         "64",
         "--quiet",
         *errors,
+        *ROUGHLY,
     )
     note = json.loads(answer.out)
     assert note["explained"]
+    assert not {"unsettled", "unfinished"} & {*note["doubts"]}
     for one in note["unknowns"]:
         low, middle, high = one["posterior"]
         deviation = (high - low) / (2 * 1.645)
@@ -134,6 +137,22 @@ def test_motions_that_had_not_settled_are_no_reason_to_doubt_the_model(call):
     assert "THE MODEL DOES NOT GIVE THESE DATA" not in answer.out
     assert "NOT SETTLED: in 100 % of the samples, by weight, the best one among them," in answer.out
     assert "let the motions settle" in answer.out
+    assert ": determined" not in answer.out
+
+
+def test_what_passing_motions_or_few_samples_give_is_not_determined(call, truth):
+    write_data(truth)
+    errors = [word for name in NAMES for word in ("--error", f"{name}=3 percent")]
+    fit = ("fit", "study.yaml", "--data", "field.csv", "--quiet", *errors)
+    for more, doubt, why in (
+        (("--batch", "64"), "unsettled", "as motions had not settled"),
+        (("--batch", "16", "--rounds", "2", *ROUGHLY), "unfinished", "as too few samples count"),
+    ):
+        told, note = call(*fit, *more).out, json.loads(call(*fit, *more, "--json").out)
+        assert note["doubts"][0] == doubt
+        assert {one["told"] for one in note["unknowns"]} <= {"unknown", "not"}
+        assert f"NOT KNOWN, {why}" in told
+        assert "determined" not in told.replace("NOT DETERMINED", "")
 
 
 def test_peaks_that_keep_rising_have_not_settled_in_a_fit_either(call, monkeypatch):
@@ -265,6 +284,7 @@ def test_samples_that_failed_leave_the_intervals_not_known(call):
     assert "NOT KNOWN, as samples failed" in told
     assert ": determined" not in told
     assert "The intervals are not known: they may be too narrow, and the truth may lie outside." in told
+    fit = (*fit, "--batch", "64", "--rounds", "10", *ROUGHLY)
     told, note = call(*fit).out, json.loads(call(*fit, "--json").out)
     assert note["failed"] == 0
     assert "not known" not in told

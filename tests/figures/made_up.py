@@ -64,7 +64,7 @@ def make_results(
         speed = coords["rotary_speed"][place[3]]
         response = rule(procedures[place[0]], coords["depth"][place[1]], coords["wob"][place[2]], speed)
         variables["status"][place] = OK
-        variables["response"][place] = response
+        variables["response"][place], variables["settled"][place] = response, 1
         wild = rng.normal(size=(3, PEAKS))
         bounce, stick, whirl = (bool(response & bit) for bit in (BIT_BOUNCE, STICK_SLIP, WHIRL))
         z = 1e-3 * (0.9 + (2.5 * np.abs(wild[0]) * (1 + stick) if bounce else 0.0)) * np.ones(PEAKS)

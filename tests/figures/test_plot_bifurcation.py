@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from made_up import GAP, make_results
+from made_up import GAP, covered, make_results
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
@@ -49,6 +49,21 @@ def test_colour_shape_and_filling(speeds, name):
         row = list(speeds.coords["procedure"]).index(procedure)
         mine = (speeds["response"][row, 0, 0] == int(code)) & (speeds["status"][row, 0, 0] == OK)
         assert set(line.get_xdata()) <= set(speeds.coords["rotary_speed"][mine])
+
+
+@pytest.mark.parametrize("kind", ["bifurcation", "value"])
+def test_what_had_not_settled_is_hatched_in_the_strip(speeds, kind):
+    """Hatching is seen in print and without colours; what failed has a cross alone."""
+    assert not any("unsettled" in words for words in legend_words(figures.draw(speeds, kind)))
+    speeds.variables["settled"][:, 0, 0, ::3] = 0
+    figure = figures.draw(speeds, kind)
+    (hatched,) = artists(figure, "unsettled")
+    assert hatched.get_hatch()
+    x = speeds.coords["rotary_speed"]
+    expected = (speeds["settled"][:, 0, 0] == 0) & (speeds["status"][:, 0, 0] == OK)
+    assert np.array_equal(covered(hatched, x, [0.0, 1.0]), expected)
+    number = np.count_nonzero(expected)
+    assert f"unsettled, or chaotic ({number} of {expected.size})" in legend_words(figure)
 
 
 def test_shading_is_where_up_and_down_differ(speeds):

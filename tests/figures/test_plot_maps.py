@@ -487,3 +487,15 @@ def test_the_index_of_a_stalled_bit_is_left_out():
     line = make_results(rotary_speed=(2.0, 3.0, 4.0), rule=lambda *at: STALLED * (at[3] > 3.5))
     [curve] = artists(figures.draw(line, panel="stick_slip_index").axes[-1], "stick_slip_index:same")
     assert np.isfinite(curve.get_ydata()).tolist() == [True, True, False]
+
+
+def test_what_had_not_settled_is_hatched_on_a_map(plane):
+    assert not any("unsettled" in words for words in legend_words(figures.draw(plane, "map")))
+    plane.variables["settled"][0, 2:5, 0, 3:9] = 0
+    figure = figures.draw(plane, "map")
+    (hatched,) = artists(figure, "unsettled")
+    area = covered(hatched, plane.coords["rotary_speed"], plane.coords["depth"])
+    if area.sum() != 18:  # the other axis lies along x
+        area = covered(hatched, plane.coords["depth"], plane.coords["rotary_speed"]).T
+    assert np.array_equal(area, plane["settled"][0, :, 0] == 0)
+    assert "unsettled, or chaotic (18 of 135)" in legend_words(figure)

@@ -369,3 +369,29 @@ def test_a_comparison_is_measured_as_1_or_0(script):
 def test_what_is_another_one_each_time_is_refused(script, text):
     with pytest.raises(nsdrill.NsdrillError, match=r"timed.py, line 11: f: random.random\(\): found what is read anew"):
         script(f"import random\n\n\n{text}", "timed")
+
+
+BEFORE, AFTER = POWER.format(model="torsion"), POWER.format(model="torsion").replace("bit_speed *", "2 * bit_speed *")
+
+
+def test_a_feature_whose_body_changed_is_told_of(script):
+    """Its numbers in an old file are those of the function as it was."""
+    module = script("K = [1.0]\n" + BEFORE.replace("bit_speed *", "K[0] * bit_speed *"), "changing")
+    data = nsdrill.run({"model": "torsion", "simulation": SHORT}, progress=False)
+    assert "bit_power" in nsdrill.show(data)
+    module.K[0] = 2.0
+    for ask in (nsdrill.show, nsdrill.plot):
+        with pytest.raises(nsdrill.NsdrillError, match="CHANGED SINCE THE RUNS: made with the feature bit_power"):
+            ask(data)
+    module.K[0] = 1.0
+    assert "bit_power" in nsdrill.show(data)
+
+
+def test_a_file_tells_of_it_too(tmp_path):
+    (tmp_path / "s.yaml").write_text("model: torsion\nsimulation: {transient: 2 s, observe: 2 s}\n", encoding="utf-8")
+    (tmp_path / "f.py").write_text("import nsdrill\n" + BEFORE, encoding="utf-8")
+    command(tmp_path, "run", "s.yaml", "-o", "r.h5", "--with", "f.py")
+    assert "bit_power" in command(tmp_path, "show", "r.h5", "--with", "f.py")[0]
+    (tmp_path / "f.py").write_text("import nsdrill\n" + AFTER, encoding="utf-8")
+    _, told = command(tmp_path, "show", "r.h5", "--with", "f.py", code=2)
+    assert "CHANGED SINCE THE RUNS: made with the feature bit_power of the script f.py" in " ".join(told.split())

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.web.session import Session
 
 # A mass on a spring under a force, which dry friction brakes and never holds: the slip
 # changes its sign at once, where a deviation of the speed is multiplied by the quotient of
@@ -99,21 +100,29 @@ def test_implicit_steps_that_pass_the_slope_beside_a_contact_are_told_of(script)
 
 def test_what_is_run_and_shown_of_such_runs_says_so(script):
     model = script(BESIDE, "shown_of").rubbed
-    with pytest.warns(nsdrill.RunWarning, match="Exponent: friction of floor"):
+    with pytest.warns(nsdrill.RunWarning, match="may be wrong: friction of floor"):
         found = nsdrill.run(model.study(**SHORT), progress=False)
     assert "EXPONENTS MAY BE WRONG" in nsdrill.show(found)
     assert "EXPONENTS" not in nsdrill.show(nsdrill.run(model.study(smoothing=10.0, **SHORT), progress=False))
 
 
-def test_so_does_a_string_of_segments_with_steep_torques():
+def test_so_does_everything_of_a_string_of_segments_with_steep_torques(tmp_path):
     study = {
         "model": "segments",
         "bit": {"friction": {"static_torque": "6 kN m", "dynamic_torque": "4 kN m", "smoothing": "2000 s/rad"}},
         "simulation": {"transient": "2 s", "observe": "2 s", "method": "implicit"},
         "record": {"exponent": True},
-        "sweep": {"rotary_speed": ["8 rad/s"], "procedure": "same"},
+        "sweep": {"rotary_speed": ["8 rad/s", "9 rad/s"], "procedure": "same"},
     }
     assert len(told(nsdrill.load_study(study))) == 1
     with pytest.warns(nsdrill.RunWarning, match="breaks loose"):
-        found = nsdrill.run(study, progress=False)
+        found = nsdrill.run(study, tmp_path / "out.h5", progress=False)
     assert "EXPONENTS MAY BE WRONG" in nsdrill.show(found)
+    window = nsdrill.window(tmp_path / "out.h5")
+    assert "breaks loose" in window["inexact_exponents"]
+    assert any(one.startswith("EXPONENTS MAY BE WRONG: where the bit breaks") for one in window["answer"]["warnings"])
+    nsdrill.report(tmp_path / "out.h5", path=tmp_path / "out.html")
+    assert "EXPONENTS MAY BE WRONG" in (tmp_path / "out.html").read_text(encoding="utf-8")
+    drawn = nsdrill.plot(tmp_path / "out.h5", "value").legends[0].get_texts()
+    assert any("EXPONENTS MAY BE WRONG" in one.get_text() for one in drawn)
+    assert "breaks loose" in Session(tmp_path / "out.h5").meta()["edited"]

@@ -20,7 +20,9 @@ from datetime import datetime
 from os import environ as held
 from os import getenv
 
-ENV = os.environ
+from scipy import stats
+
+ENV, DATA, drawn = os.environ, [1.0, 2.0, 3.0, 5.0], stats.norm.rvs
 ASKED = {"now": time.time}
 
 
@@ -42,6 +44,11 @@ OUTSIDE = (
     "(lambda now: now().year)(datetime.now)", "np.datetime64('today').astype(int) * 1.0",
     "len(sys.argv)", "len(sys.stdin.read())", "float(input())", "hash('abc') % 7", "id(nsdrill) % 7",
     "(lambda draw: draw(1).random())(random.Random)",
+    "stats.norm.rvs()", "stats.norm(0, 1).rvs()", "drawn()", "stats.gaussian_kde(DATA).resample(1)[0, 0]",
+    "stats.bootstrap((DATA,), np.mean).standard_error", "len(__file__)", "2.0 if __name__ == '__main__' else 1.0",
+    "len(nsdrill.__version__)", "len(np.__file__)", "1.0 if sys.platform == 'linux' else 2.0", "len(os.name)",
+    "float(sys.version_info[1])", "len(sys.path)", "float(sys.maxsize)", "time.timezone / 3600.0",
+    "float(sys.getrecursionlimit())", "len(getattr(sys, 'platform'))",
 )  # fmt: skip
 
 
@@ -71,6 +78,14 @@ def test_results_are_a_file_too(script, duffing, tmp_path, monkeypatch, read):
     nsdrill.run(duffing.study(transient=0, observe=1), "f.h5", progress=False)
     with pytest.raises(InputError, match=r"outside_file.py, line \d+: m: .*found what is read anew in every run, "):
         script("import h5py\n\n\n" + MODEL.format(read), "outside_file")
+
+
+@pytest.mark.parametrize(
+    "read",
+    ["stats.norm.cdf(0.3)", "sys.float_info.epsilon", "PLATFORM", "stats.norm(0, 1).pdf(0.1)", "os.path.sep == '/'"],
+)
+def test_what_is_the_same_in_every_run_is_taken(script, read):
+    script(f"{AROUND}PLATFORM = len(sys.platform)\n\n\n{MODEL.format(read)}", "the_same")
 
 
 HEAD = "import functools\n\n\n"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nsdrill.analysis.knowledge import KNOWLEDGE
 from nsdrill.app.saving import table, write_rows
 from nsdrill.errors import FileError, FileWarning
 from nsdrill.models.registry import BY_NAME
@@ -57,6 +58,9 @@ CASES = {
 }
 
 
+IN_FILES = {**BY_NAME, KNOWLEDGE.name: KNOWLEDGE}
+
+
 @pytest.fixture(params=CASES.values(), ids=CASES)
 def case(request, path):
     """(log, lengths of the grid, dimensions of the file), and the file."""
@@ -91,7 +95,7 @@ def test_a_dimension_is_what_varies(case, path):
         assert set(data.coords) == {*lengths, "peak", "crossing", "state"}
         assert tuple(data.sizes) == (*dims, "peak", "crossing", "state")
         for name in data.data_vars:
-            assert data[name].dims == (*dims, *BY_NAME[name].dims[4:]), name
+            assert data[name].dims == (*dims, *IN_FILES[name].dims[4:]), name
         for name in lengths:
             assert data[name].dims == ((name,) if name in dims else ())
             assert np.atleast_1d(data[name].values).tolist() == list(there.coords[name])
@@ -120,7 +124,7 @@ def test_the_file_is_netcdf(case, path):
         for dataset in file.values():
             assert dataset.is_scale or all(len(dim) == 1 for dim in dataset.dims)
             assert not dataset.is_scale or dataset.ndim == 1
-        scalars = {name for name, dataset in file.items() if dataset.ndim == 0 and name not in BY_NAME}
+        scalars = {name for name, dataset in file.items() if dataset.ndim == 0 and name not in IN_FILES}
         assert set(file["status"].attrs.get("coordinates", "").split()) == scalars
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nsdrill.analysis.knowledge import KNOWLEDGE
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.contents import Contents
@@ -56,7 +57,7 @@ def test_xarray_opens_it_as_it_is(path):
     with xr.open_dataset(path, engine="h5netcdf") as data:
         assert dict(data.sizes) == dict(zip((*POINT, "peak", "state"), (*SHAPE, 3, 9), strict=True))
         assert list(data.coords) == [*POINT, "peak", "state"]
-        assert list(data.data_vars) == [variable.name for variable in Contents(3).variables]
+        assert list(data.data_vars) == [*(variable.name for variable in Contents(3).variables), KNOWLEDGE.name]
         for variable in Contents(3).variables:
             seen = data[variable.name]
             assert seen.dims == variable.dims

@@ -18,9 +18,9 @@ import numpy as np
 
 from nsdrill.analysis.own_contacts import of_contacts
 from nsdrill.analysis.planes import along_axis
-from nsdrill.data import GUESSED_SCALES, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
+from nsdrill.data import GUESSED_SCALES, INEXACT, NATURAL_SCALES, Answer, Array, Attributes, Results, resolved_study
 from nsdrill.errors import count
-from nsdrill.models.numbers import OFF_SPEED
+from nsdrill.models.numbers import NOT_EXACT, OFF_SPEED
 from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
 from nsdrill.variables import (
@@ -322,6 +322,17 @@ def guessed_words(states: Sequence[str]) -> str:
         f"bound and tells no size: the error of a step is measured by {'it' if one else 'them'}. Give "
         f"{'it' if one else 'each'} its size in the motions that you study, as {states[0]}=nsdrill.number(..., scale=)"
     )
+
+
+def inexact_exponents(attrs: Attributes) -> str:
+    """What was warned of the exponents of these results before their runs, which implicit steps
+    may make wrong, in words; empty where nothing was."""
+    return str(attrs.get(INEXACT) or "")
+
+
+def inexact_words(found: str) -> str:
+    """The same without its heading and its last stop."""
+    return found.removeprefix(NOT_EXACT).strip().removesuffix(".")
 
 
 FIT_DOUBTS = {  # of the fit that wrote the samples of a study, in words

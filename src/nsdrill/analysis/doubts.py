@@ -19,6 +19,8 @@ from nsdrill.analysis.counts import (
     fit_words,
     guessed_scales,
     guessed_words,
+    inexact_exponents,
+    inexact_words,
     of_scripts,
     off_speed_words,
     outrun,
@@ -33,7 +35,7 @@ from nsdrill.analysis.counts import (
 )
 from nsdrill.analysis.own_contacts import creeping, creeping_words, stepped_over, stepped_over_words
 from nsdrill.analysis.unstable import FOLLOWED, resting, runs_unstable, unstable_words
-from nsdrill.data import GUESSED_SCALES, Attributes, Results
+from nsdrill.data import GUESSED_SCALES, INEXACT, Attributes, Results
 from nsdrill.models.registry import model_in
 from nsdrill.records import dataclass
 
@@ -70,6 +72,7 @@ OF_RUNS = (
 )
 BEFORE: tuple[tuple[str, str, Callable[[Attributes], Any], Callable[[Any], str]], ...] = (
     # known before a run, from root attributes, and told then
+    (INEXACT, "EXPONENTS MAY BE WRONG", inexact_exponents, inexact_words),
     (GUESSED_SCALES, "A GUESS", guessed_scales, guessed_words),
     ("clocked", CLOCKED, clocked, clocked_words),
     ("doubtful_fit", "DOUBTFUL FIT", doubtful_fit, fit_words),

@@ -20,7 +20,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import MODEL_PARTS, OVERRIDES, USED_SCRIPTS, Array, Attributes, Results, Trace, json_text, overrides
+from nsdrill.data import (
+    MEASURED_BY,
+    MODEL_PARTS,
+    OVERRIDES,
+    USED_SCRIPTS,
+    Array,
+    Attributes,
+    Results,
+    Trace,
+    json_text,
+    overrides,
+)
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, count, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import is_compiled_in, words_of
@@ -353,6 +364,7 @@ def provenance(study: Study, command: str) -> Attributes:
         "history": f"{now} nsdrill {__version__} {command}",
         **versions(study.model.name),
         **scripts_of(parts_in(study.resolved)),
+        **measured_of(study.model.name),
         "h5py_version": version("h5py"),
         "numba_version": version("numba"),  # which is installed: it computed where the compiler is numba
         "compiler": functions.route(),
@@ -412,6 +424,12 @@ def scripts_of(parts: Mapping[str, Part | None]) -> dict[str, str]:
     computes, as a root attribute; none without any."""
     found = {name: ["", ""] if one is None else [maker_of(one.origin), one.digest] for name, one in parts.items()}
     return {USED_SCRIPTS: json_text(found)} if found else {}
+
+
+def measured_of(model: str) -> dict[str, str]:
+    """The same of the quantities that scripts measure of a model of nsdrill or of a package."""
+    found = {one.name: [maker_of(one.origin), one.digest] for one in own_features(model)}
+    return {MEASURED_BY: json_text(found)} if found else {}
 
 
 def model_digest(model: str = MODEL) -> str:

@@ -12,6 +12,7 @@ import builtins
 import ctypes
 import datetime
 import importlib
+import inspect
 import os
 import re
 import sys
@@ -55,6 +56,13 @@ OUTSIDE = frozenset(
         *("secrets", "uuid", "h5py._hl.files", "random"),
     }
 )
+# Modules of which what is no function tells of the machine, its place or its time zone, too.
+OF_MACHINE = OUTSIDE | {"sys", "time", "sysconfig", "site", "locale"}
+SAME_EVERYWHERE = frozenset({"float_info"})  # of these
+# What a module says of where and as what it was loaded.
+OF_PLACE = frozenset({"__file__", "__cached__", "__path__", "__spec__", "__loader__", "__name__", "__version__"})
+DRAWS = frozenset({"rvs", "resample"})  # methods of the distributions of SciPy
+SEEDED = frozenset({"random_state", "rng", "seed"})  # arguments of functions of SciPy that draw
 UNREAD = frozenset({eval, exec})  # what stands in their text is not read
 # What Python says of whatever uses these from within a library (PEP 578).
 AUDITED = ("os.", "socket.", "subprocess.", "shutil.", "urllib.", "sqlite3.", "glob.", "tempfile.", "mmap.")
@@ -325,7 +333,8 @@ def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None
     known = {name: value for name, value in known.items() if name not in own} | imported
     for node in inner:  # a call before what is called in it; what is not called here may be so under another name
         called = [node.func] if isinstance(node, ast.Call) else []
-        if any(_is_afresh(_value_of(one, known)) for one in (*called, node)) or _is_today(node, known):
+        is_afresh = any(_is_afresh(_value_of(one, known)) for one in (*called, node))
+        if is_afresh or _is_today(node, known) or _is_of_machine(node, known) or _is_drawn(node, known):
             return getattr(node, "lineno", 0), ast.unparse(node)
     return None
 
@@ -349,13 +358,21 @@ def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
     if isinstance(node, ast.Attribute):
         of = _value_of(node.value, known)
         return getattr(of, node.attr, None) if isinstance(of, (ModuleType, type)) else None
+    if isinstance(attribute := _as_attribute(node, known), ast.Attribute):
+        return _value_of(attribute, known)
     if isinstance(node, ast.Call) and node.args and isinstance(last := node.args[-1], ast.Constant):
         called, name = _value_of(node.func, known), str(last.value)
-        if called is getattr and len(node.args) == 2:
-            return _value_of(ast.Attribute(node.args[0], name), known)
         if called in (__import__, importlib.import_module) and name in sys.stdlib_module_names:
             return importlib.import_module(name)
     return None
+
+
+def _as_attribute(node: ast.AST, known: Mapping[str, object]) -> ast.AST:
+    """A call of ``getattr`` with the name of an attribute as that attribute; another node as it is."""
+    if not isinstance(node, ast.Call) or len(node.args) != 2 or _value_of(node.func, known) is not getattr:
+        return node
+    of, name = node.args
+    return ast.Attribute(of, str(name.value)) if isinstance(name, ast.Constant) else node
 
 
 def _is_afresh(value: object) -> bool:
@@ -369,6 +386,37 @@ def _is_afresh(value: object) -> bool:
     places = str(getattr(value, "__module__", None)), type(getattr(value, "__self__", None)).__module__
     # numpy.random itself takes long to import
     return any(place in OUTSIDE or place.startswith("numpy.random") for place in places)
+
+
+def _is_of_machine(node: ast.AST, known: Mapping[str, object]) -> bool:
+    """Whether this is what a module says of the machine, or of its place and its version, as
+    ``sys.platform`` and ``__file__``: no function, so that nothing is called."""
+    if isinstance(node, ast.Name):
+        return node.id in OF_PLACE and node.id in known
+    node = _as_attribute(node, known)
+    if not isinstance(node, ast.Attribute) or not isinstance(of := _value_of(node.value, known), ModuleType):
+        return False
+    value = getattr(of, node.attr, None)
+    if node.attr in OF_PLACE:
+        return True
+    is_told = of.__name__ in OF_MACHINE and not isinstance(value, ModuleType) and value is not os.fspath
+    return is_told and node.attr not in SAME_EVERYWHERE and (not callable(value) or of is sys)
+
+
+def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:
+    """Whether this draws numbers with SciPy, whose distributions do so by their methods."""
+    if not isinstance(node, ast.Call):
+        return False
+    if isinstance(node.func, ast.Attribute) and node.func.attr in DRAWS:
+        return True
+    value = _value_of(node.func, known)
+    if value is None or not str(getattr(value, "__module__", "")).startswith("scipy."):
+        return False
+    if getattr(value, "__name__", "") in DRAWS:
+        return True
+    with suppress(TypeError, ValueError):  # one without a signature
+        return not SEEDED.isdisjoint(inspect.signature(value).parameters)  # type: ignore[arg-type]
+    return False
 
 
 def _is_today(node: ast.AST, known: Mapping[str, object]) -> bool:

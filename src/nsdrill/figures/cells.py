@@ -167,6 +167,7 @@ def _widest(inside: Array) -> tuple[int, int, int]:
 
 
 DOUBT_HATCH = "///"
+UNSETTLED_HATCH = "/////"
 LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
 DOT: Properties = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
 
@@ -182,6 +183,19 @@ def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float
         middle = 0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1])
         own: Properties = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
         axes.plot(*middle, scalex=False, scaley=False, **DOT, **own)
+
+
+def hatch_unsettled(axes: Axes, cells: Cells, unsettled: Array) -> None:
+    """Hatch the cells [y, x] of runs that had not settled, in black with white beside it, which is seen
+    on every colour: what they show need not be what comes to stay."""
+    hatch(axes, cells, unsettled, UNSETTLED_HATCH, "white", "unsettled:ground", width=1.5)
+    hatch(axes, cells, unsettled, UNSETTLED_HATCH, "black", "unsettled", width=0.5)
+
+
+def unsettled_entry(number: int, of: int) -> Artist:
+    """The legend entry of what :func:`hatch_unsettled` hatches, with its number."""
+    style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4, "hatch": UNSETTLED_HATCH}
+    return area_entry(f"unsettled, or chaotic ({number} of {of})", gid="unsettled", **style)
 
 
 def verdict_handles(verdicts: Array) -> list[Artist]:

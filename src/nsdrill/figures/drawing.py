@@ -20,7 +20,7 @@ from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
 from nsdrill.analysis.clocked import CLOCKED, clocked, clocked_short
-from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts, doubtful_fit, fit_words
+from nsdrill.analysis.counts import BEYOND, beyond, beyond_parts, doubtful_fit, fit_words, inexact_exponents
 from nsdrill.analysis.grades import unsettled_in, unsettled_words
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Results, Trace, edited_words
 from nsdrill.errors import InputError, option
@@ -182,6 +182,8 @@ class Drawing:
             entries.append(line_entry(told.partition(". ")[0], linestyle="none"))
         if isinstance(data, Results) and self.kind.name != "window" and (doubts := doubtful_fit(data.attrs)):
             entries.append(line_entry(f"DOUBTFUL FIT: {fit_words(doubts)}", linestyle="none"))
+        if isinstance(data, Results) and inexact_exponents(data.attrs):
+            entries.append(line_entry("EXPONENTS MAY BE WRONG, by more than their errors", linestyle="none"))
         if isinstance(data, Results) and (found := clocked(data.attrs)):
             entries.append(line_entry(f"{CLOCKED}: {clocked_short(found)}", linestyle="none"))
         if isinstance(data, Results) and self.kind.name == "probability" and (found := unsettled_in(data)):

@@ -19,6 +19,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import NOT_CARRIED
+from nsdrill.analysis.grades import unsettled_runs
 from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
 from nsdrill.data import Array, Results
@@ -32,8 +33,10 @@ from nsdrill.figures.cells import (
     equal_rates_entry,
     fill_inferred,
     hatch,
+    hatch_unsettled,
     name_areas,
     overlay_verdicts,
+    unsettled_entry,
     veil,
     verdict_handles,
 )
@@ -226,6 +229,7 @@ class Maps:
         self.difference = f"{down} less {up}"
         self.outcomes = planes.arranged(known_outcome(results))
         self.inferred = planes["status"] == INFERRED
+        self.unsettled = planes.arranged(unsettled_runs(results)) & (self.outcomes >= 0)
 
     @cached_property
     def verdicts(self) -> Array | None:
@@ -305,11 +309,12 @@ class Maps:
         return ", ".join(words)
 
     def _draw_marks(self, axes: Axes, place: tuple[int, int], cell_size: float) -> None:
-        """Mark the points that checks doubt, and those that failed; ``cell_size`` in
+        """Mark the points that checks doubt, that had not settled, and those that failed; ``cell_size`` in
         points."""
         cells = self.planes.cells
         if self.verdicts is not None:
             overlay_verdicts(axes, cells, self.verdicts[place], cell_size)
+        hatch_unsettled(axes, cells, self.unsettled[place])
         hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
         after = self.outcomes[place] == NOT_CARRIED_POINT
         hatch(axes, cells, after, "......", "#000000", "not_carried", face="white")
@@ -333,6 +338,8 @@ class Maps:
             area_entry(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
             for words, cells, style in entries
         ]
+        if unsettled := int(np.count_nonzero(self.unsettled)):
+            handles.append(unsettled_entry(unsettled, self.unsettled.size))
         return handles + ([] if self.verdicts is None else verdict_handles(self.verdicts))
 
 

@@ -21,7 +21,14 @@ from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.safety import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, told_responses
 from nsdrill.data import Array, Attributes, Results
-from nsdrill.figures.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
+from nsdrill.figures.cells import (
+    CHARACTER,
+    hatch_unsettled,
+    overlay_verdicts,
+    unsettled_entry,
+    verdict_handles,
+    write_name,
+)
 from nsdrill.figures.look import BESIDE, look
 from nsdrill.figures.page import area_entry, lay_up, line_entry, marker_entry, response_entries, style_areas, write
 from nsdrill.figures.painters import Entries, Page, numbered
@@ -157,6 +164,8 @@ class Columns:
         if after := int((outcomes == NOT_CARRIED_POINT).sum()):
             words = f"{NOT_CARRIED} ({after} of {outcomes.size})"
             entries.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
+        if unsettled := sum(int(line.unsettled.sum()) for line in self.lines):
+            entries.append(unsettled_entry(unsettled, outcomes.size))
         if pending := int((outcomes == PENDING_POINT).sum()):
             words = f"blank: not run yet ({pending} of {outcomes.size})"
             entries.append(line_entry(words, linestyle="none"))
@@ -178,10 +187,12 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
 def draw_strip(axes: Axes, line: Line) -> None:
     """The response of every point as coloured cells with letters, a row for each
     procedure; a cross where the run failed, a dash where one before it in its chain
-    did, a line below where a run is beyond the validity of its model, and dots or hatching
-    where the checks of a point disagree."""
+    did, a line below where a run is beyond the validity of its model, black hatching where it had not
+    settled, and dots or white hatching where the checks of a point disagree."""
     styles = styles_of(line.results.attrs)
     rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), styles, "strip")
+    # that a motion was still changing is seen in print and without colours
+    hatch_unsettled(axes, (line.edges, rows), line.unsettled)
     _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))

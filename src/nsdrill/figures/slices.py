@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from nsdrill.analysis.counts import with_failures
-from nsdrill.analysis.safety import known_outcome, measured_runs
+from nsdrill.analysis.grades import unsettled_runs
+from nsdrill.analysis.safety import known_outcome, known_runs, measured_runs
 from nsdrill.analysis.sticking import attributes_at
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
@@ -172,6 +173,11 @@ class Line:
     def measured(self) -> Array:
         """Which points were run and are known, and so have values [procedure, point]."""
         return np.asarray(measured_runs(self.results)[self.place])
+
+    @property
+    def unsettled(self) -> Array:
+        """Which points were run, are known and had not settled [procedure, point]."""
+        return np.asarray((unsettled_runs(self.results) & known_runs(self.results))[self.place])
 
     @property
     def verdicts(self) -> Array | None:

@@ -23,7 +23,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_in, own_features
 from nsdrill.records import dataclass
 from nsdrill.store.hdf5 import EDITED
-from nsdrill.store.layout import LARGEST, check_words, plain_attribute, to_memory
+from nsdrill.store.layout import LARGEST, check_measured, check_words, plain_attribute, to_memory
 from nsdrill.store.points import contents_of
 from nsdrill.units import plain_units
 from nsdrill.variables import (
@@ -151,6 +151,7 @@ class Points:
         ``whole`` are those of a selection."""
         model = model_in(attrs)
         check_words(where, arrays, measured_variables(model))
+        check_measured(where, model.name, attrs)
         keys = {name: plain_attribute(array.attrs, "key") for name, array in arrays.items() if name not in POINT}
         # An unknown is a coordinate along the samples, or a scalar where one sample is
         # selected. Arithmetic with xarray drops the attributes that name axes and unknowns.
@@ -313,6 +314,7 @@ def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) ->
     if time.ndim != 1 or not len(time) or not np.all(np.diff(time) > 0.0):
         raise FileError(f"{where}: the coordinate time does not ascend. {remedy}")
     check_words(where, arrays, measured_variables(model_in(attrs)))
+    check_measured(where, model_in(attrs).name, attrs)
     variables = {}
     for variable in model_in(attrs).trace:
         name = variable.name

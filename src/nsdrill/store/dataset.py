@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.counts import AFTER_FAILURE, with_failures
+from nsdrill.analysis.knowledge import KNOWLEDGE, knowledge_of
 from nsdrill.data import Attributes, Results, Trace, edited_together
 from nsdrill.errors import FileError
 from nsdrill.files import reason
@@ -63,6 +64,9 @@ def to_dataset(data: Results | Trace) -> Dataset:
         for name, values in data.variables.items()
         if name != AFTER_FAILURE.name
     }
+    if "status" in data.variables and "response" in data.variables:
+        found = to_file(knowledge_of(data), contents.grid, order)
+        variables[KNOWLEDGE.name] = (order, found, variable_attributes(KNOWLEDGE))
     coordinates = stored_coordinates(data.coords, order, contents, data.drawn)
     return _dataset(variables, coordinates | _not_carried(data, order), attrs)
 

@@ -17,7 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import EDITED_SOURCE, MODEL_PARTS, USED_SCRIPTS, Array, Attributes, flat, json_text, resolved_study
+from nsdrill.data import (
+    EDITED_SOURCE,
+    MEASURED_BY,
+    MODEL_PARTS,
+    USED_SCRIPTS,
+    Array,
+    Attributes,
+    flat,
+    json_text,
+    resolved_study,
+)
 from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, on_command_line, option, printable, warn
 from nsdrill.late import deferred
 from nsdrill.models.choices import words_along
@@ -29,6 +39,7 @@ from nsdrill.models.registry import (
     import_additions,
     import_modules,
     model_names,
+    own_features,
     package_digest,
     scripted,
     speak_of,
@@ -246,6 +257,7 @@ _JSON = {
     "at": (dict, "of words and finite numbers"),
     "seeds": (dict, "of whole numbers"),
     USED_SCRIPTS: (dict, "of scripts and digests"),
+    MEASURED_BY: (dict, "of scripts and digests"),
     MODEL_PARTS: (dict, "of texts"),
 }
 
@@ -315,6 +327,15 @@ def check_words(where: str | os.PathLike[str], arrays: Mapping[str, Any], variab
         if any(old is not None and old != new for old, new in zip(told, here, strict=True)):
             there, now = (f"{printable(str(words))[:80]} [{printable(str(unit))[:40]}]" for words, unit in (told, here))
             raise changed_since(where, f"{variable.name}, which a script measures, is {there} there and {now} here")
+
+
+def check_measured(where: str | os.PathLike[str], model: str, attrs: Attributes) -> None:
+    """FileError where the function of what a script measures of a model is another one here than in a
+    file with these root attributes. One that is not here is left out, with a warning."""
+    here = {one.name: one.digest for one in own_features(model)}
+    for name, (script, digest) in json.loads(str(attrs.get(MEASURED_BY, "{}"))).items():
+        if here.get(name, digest) != digest:
+            raise changed_since(where, f"{_made_with(name, script, 'feature ')}, which computes something else here")
 
 
 def _changed_since(model: str, attrs: Attributes, used: Mapping[str, Sequence[str]]) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from h5py import File
 
 from nsdrill.analysis.counts import AFTER_FAILURE
+from nsdrill.analysis.knowledge import KNOWLEDGE, knowledge_of, used_by_knowledge
 from nsdrill.data import Array, Attributes, Results, Trace, edited_together
 from nsdrill.errors import FileError, option
 from nsdrill.files import reason
@@ -64,7 +65,8 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
         hdf5.put_attributes(file, root)
         for name, (dims, values, attributes) in stored.items():
             hdf5.add_array(file, name, dims, values, attributes)
-        if (marks := getattr(log, AFTER_FAILURE.name, None)) is not None:
+        marks: Array | None = getattr(log, AFTER_FAILURE.name, None)
+        if marks is not None:
             values = to_file(marks, contents.grid, order)
             hdf5.add_array(file, AFTER_FAILURE.name, order, values, variable_attributes(AFTER_FAILURE))
         datasets = {
@@ -76,6 +78,9 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
             for name, dataset in datasets.items():
                 values = records[name].reshape(*here, *kind[name].shape)
                 dataset[tuple(place[axis] for axis in axes)] = to_file(values, contents.grid, order)
+        # a run is known by others of its chain, so that this is of all runs
+        found = knowledge_of(collect(log, used_by_knowledge(root)), marks)
+        hdf5.add_variable(file, KNOWLEDGE, order, chunk, others)[...] = to_file(found, contents.grid, order)
 
 
 def coordinates(log: Source) -> dict[str, Array]:
@@ -244,6 +249,7 @@ def rewrite_labels(
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
         stored = {v.name: points.dims(v) for v in points.present if v.origin == "label"}
+        before = points.results(used_by_knowledge(points.attrs))
     if output is None and in_use.is_flagged(path):
         raise FileError(
             f"{path}: {in_use.told(path)}, so it is not replaced. {in_use.remedy(path)} Or write a new file "
@@ -256,10 +262,13 @@ def rewrite_labels(
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
+    known_anew = knowledge_of(replace(before, variables={**before.variables, **labels}))
     old_history = str(points.attrs.get("history", ""))
     with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
         for name, values in labels.items():
             file[name][...] = to_file(np.asarray(values, file[name].dtype), points.contents.grid, stored[name])
+        if KNOWLEDGE.name in file:
+            file[KNOWLEDGE.name][...] = to_file(known_anew, points.contents.grid, stored["response"])
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
         # are not written.
         changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}
@@ -305,7 +314,10 @@ def _tell_of_left_out(path: PathLike, arrays: Arrays, attrs: Attributes, others:
     left_out = [
         name
         for name, array in arrays.items()
-        if name not in known and name not in others and name not in BY_NAME and {"units", "long_name"} <= {*array.attrs}
+        if name not in known
+        and name not in others
+        and name not in (*BY_NAME, AFTER_FAILURE.name, KNOWLEDGE.name)
+        and {"units", "long_name"} <= {*array.attrs}
     ]
     tell_of_left_out(path, model, left_out)
 

@@ -12,7 +12,6 @@ from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
     ENDS_EARLY,
     FEW,
-    INEXACT,
     NOT_CARRIED_RUN,
     NOT_CARRIED_WORDS,
     PULSES,
@@ -23,7 +22,7 @@ from nsdrill.data import (
     evenly_spaced,
 )
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, NOT_EXACT, PULSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
@@ -153,8 +152,6 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
-    if inexact := s[INEXACT]:
-        yield f"  EXPONENTS MAY BE WRONG  {inexact.removeprefix(NOT_EXACT).strip()}"
     if pulse := s[PULSES]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
     for one in ALL:

@@ -218,6 +218,8 @@ INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not":
 WHY_UNKNOWN = {  # by the doubt of the fit
     "failed": "as samples failed",
     "unmatched": "as no run gives the data",
+    "unsettled": "as motions had not settled",
+    "unfinished": "as too few samples count",
 }
 
 

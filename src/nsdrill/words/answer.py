@@ -663,10 +663,11 @@ def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterat
     where = ", ".join(
         fmt.value(axis, lasts[axis] if axis == "wob" else lasts["at"][axis]) for axis in ("wob", *lasts["at"])
     )
+    samples = " in the sample where it lasts longest" if "sample" in found else ""
     yield (
         f"{whose} OF TORSION IS UNUSUAL: its ratio is {found['ratio']:.2g}, and strings have {LOW:g} to {HIGH:g}. "
         f"With {USUAL:g}, {quantity(found['key']).text(found['usual'], fmt.system, 3)} ({found['key']}), stick-slip by "
-        f"torsion alone lasts up to {then} at {where}, with that of the study up to {now}. "
+        f"torsion alone lasts up to {then} at {where}, with that of the study up to {now}{samples}. "
         "Run the study with it."
     )
 

@@ -28,6 +28,7 @@ from nsdrill.variables import SAMPLE
 KIND, LIMIT = "drive.kind", "drive.torque_limit"
 MOST_SETTINGS = 256  # at which it is found; it takes some 30 ms
 MOST_WEIGHTS = 3  # at which it is asked to which speed stick-slip lasts with another damping
+MOST_DRAWN = 8  # samples in which it is asked where it is not known in which it lasts longest
 
 
 def stick_slip_lasts(results: Results) -> Answer | None:
@@ -138,6 +139,7 @@ def damping_of_torsion(results: Results) -> Answer | None:
     speeds [rad/s] stick-slip ``lasts`` by torsion alone at some weights ``wob`` [N], ``now`` and
     with the ``usual`` one, with the error of its fold as :func:`stick_slip_lasts`, null where it
     lasts at every speed, and the values ``at`` which that is of the other axes that are swept;
+    of uncertain numbers in the ``sample`` in which it lasts longest, of which the study has none.
     None where it is usual."""
     text = str(results.attrs.get("study_resolved") or "")
     study = with_samples(_study(text), results)
@@ -147,35 +149,60 @@ def damping_of_torsion(results: Results) -> Answer | None:
     weights = results.coords["wob"].tolist() if "wob" in results.certain_axes else [float(study.operation.wob)]
     others = [name for name in results.swept if name not in ("wob", SPEED)]
     at = {name: float(results.coords[name][0]) for name in others if name in results.certain_axes}
+    longest = _longest(results)
+    numbers = tuple(
+        tuple((unknown.short, float(values[place])) for unknown, values in results.drawn.items()) for place in longest
+    )
     return {
         "key": KEY,
         **found._asdict(),
         "is_default": found.value == attrgetter(KEY)(study.model.parameters()),
         "lasts": [
             {"wob": wob, "at": at, **{name: None if isinf(speed) else speed for name, speed in ends.items()}}
-            for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)))
+            for wob, ends in _folds(text, found, tuple(evenly_spaced(weights, MOST_WEIGHTS)), numbers or ((),))
         ],
+        **({"sample": longest[0] if len(longest) == 1 else None} if longest else {}),
     }
 
 
+def _longest(results: Results) -> list[int]:
+    """The sample of uncertain numbers in which stick-slip lasts to the highest speed; some of them
+    where that is not known, none where no number is uncertain."""
+    if not results.drawn or SAMPLE not in results.grid:
+        return []
+    samples, found = len(results.coords[SAMPLE]), stick_slip_lasts(results)
+    if found is None or SAMPLE not in found["over"] or None in found["lasts_to"]:
+        return evenly_spaced(range(samples), MOST_DRAWN)
+    lengths = [len(results.coords[name]) for name in found["over"]]
+    speeds = np.array([np.inf if one == EVERY else one for one in found["lasts_to"]], float).reshape(lengths)
+    by_sample = np.moveaxis(speeds, found["over"].index(SAMPLE), 0).reshape(samples, -1).max(axis=1)
+    return [int(np.argmax(by_sample))]
+
+
 @lru_cache(maxsize=4)
-def _folds(text: str, found: Damping, weights: tuple[float, ...]) -> list[tuple[float, dict[str, float]]]:
-    """Up to which speed stick-slip lasts at each weight with either damping; none where the
-    model does not tell it, or where it is not known."""
+def _folds(
+    text: str, found: Damping, weights: tuple[float, ...], numbers: tuple[tuple[tuple[str, float], ...], ...]
+) -> list[tuple[float, dict[str, float]]]:
+    """Up to which speed stick-slip lasts at each weight with either damping, in the one of the
+    samples, which have these ``numbers``, where that is highest; none where the model does not
+    tell it, or where it is not known."""
     study = _study(text)
     folds: Any = getattr(checks_of(study.model), "stick_slip_folds", None)
     if folds is None:
         return []
     first = {name: float(values[0]) for name, values in study.axes.items()}
     depth = {"depth": float(study.operation.depth), SPEED: float(study.operation.rotary_speed)}
-    now = [values_at(study.parameters, study.initial, {**depth, **first, "wob": wob}) for wob in weights]
-    speeds = [
-        FOLD_ERROR * float(speed or 0.0) for speed in folds([*now, *(with_usual(values, found) for values in now)])
+    now = [
+        values_at(study.parameters, study.initial, {**depth, **first, "wob": wob, **dict(drawn)})
+        for wob in weights
+        for drawn in numbers
     ]
-    ends = zip(speeds[: len(now)], speeds[len(now) :], strict=True)
+    found_at = folds([*now, *(with_usual(values, found) for values in now)])
+    speeds = FOLD_ERROR * np.array([float(one or 0.0) for one in found_at]).reshape(2, len(weights), len(numbers))
+    highest: list[list[float]] = speeds.max(axis=2).tolist()  # NaN where one is not known
     return [
         (wob, {"now": one, "usual": other})
-        for wob, (one, other) in zip(weights, ends, strict=True)
+        for wob, one, other in zip(weights, *highest, strict=True)
         if not isnan(one) and not isnan(other)
     ]
 

@@ -62,6 +62,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 SHORT = 12  # characters of the text of a round setting, at most
 SETTLED = "settled"
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
+NO_CREDIT = {"failed", "unmatched", "unsettled", "unfinished"}  # doubts with which what is determined is not known
 MOST_UNSETTLED = 0.05  # of the weight of the samples
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
@@ -172,7 +173,7 @@ def fit(
     begun = begun[in_order(_unknown_values(keys, begun), pairs)]
     note["history"] = two_motions(study, measured, _unknown_values(keys, begun))
     note["doubts"] = _doubts(note)
-    if {"failed", "unmatched"} & set(note["doubts"]):
+    if NO_CREDIT & {*note["doubts"]}:
         note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
@@ -351,9 +352,9 @@ def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior
 
 
 def _without_credit(unknowns: list[Answer]) -> list[Answer]:
-    """What the data tell of each unknown where samples failed, or no run gives the data: that it is
-    determined is not known, as those that failed may agree with the data better than all others,
-    and intervals about what does not agree mean little."""
+    """What the data tell of each unknown with one of the doubts :data:`NO_CREDIT`: that it is determined is
+    not known. Samples that failed may agree with the data better than all others, intervals about what
+    does not agree, of passing motions or of few samples mean little."""
     return [row if row["told"] == "not" else row | {"told": "unknown"} for row in unknowns]
 
 
@@ -447,7 +448,7 @@ def _doubts(note: Answer) -> list[str]:
         "failed": bool(note["failed"]),
         "unmatched": not note["explained"],
         "unsettled": not note["best_settled"] or note["unsettled"] > MOST_UNSETTLED,
-        "unfinished": note["beta"] != 1 or note["effective"] < MIN_EFFECTIVE,
+        "unfinished": not math.isclose(note["beta"], 1.0) or note["effective"] < MIN_EFFECTIVE,
         "history": note["history"] is not None,
     }
     return [name for name in FIT_DOUBTS if is_so[name]]
@@ -481,7 +482,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW and key != "doubts"}
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
-    if note["doubts"]:
+    if NO_CREDIT & {*note["doubts"]}:
         resolved["uncertain"]["doubts"] = list(note["doubts"])
     source = study.source or "a study"
     failed = (

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.counts import with_failures
+from nsdrill.analysis.counts import inexact_exponents, with_failures
 from nsdrill.app.answering.summary import relabelled
 from nsdrill.app.datasets import sweep_in, with_variables
 from nsdrill.app.experiment import prepare, provenance, told_of_other_code, versions
-from nsdrill.data import Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
+from nsdrill.data import INEXACT, Array, Attributes, Resolved, Results, edited_together, found_at, resolved_study
 from nsdrill.errors import InputError, count, option
 from nsdrill.models.choices import place_of, word_at, words_of
 from nsdrill.models.parts import states_of_all
@@ -74,6 +74,8 @@ def combine(sources: Sequence[Source]) -> tuple[Results, str]:
     histories = dict.fromkeys(line for _, results in named for line in str(results.attrs["history"]).splitlines())
     attrs = {**origin, **kept_attrs, "history": "\n".join([*histories, origin["history"]])}
     attrs |= edited_together(*(results.attrs for _, results in named))
+    if told := next(filter(None, (inexact_exponents(results.attrs) for _, results in named)), ""):
+        attrs[INEXACT] = told
     combined = replace(combined, attrs=attrs)
     if "points_run" in first:
         combined = replace(combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])})

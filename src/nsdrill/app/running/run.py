@@ -34,8 +34,8 @@ from nsdrill.app.running.stages import (
     verify,
     work_of,
 )
-from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
-from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, RunWarning, again, option, warn
+from nsdrill.data import INEXACT, Answer, Array, Resolved, Results, differences, resolved_study
+from nsdrill.errors import DeviceError, FileError, InputError, NsdrillError, Refusal, again, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.friction import advice
@@ -113,8 +113,6 @@ def run_in_memory(
     place = place_of(device, experiment, workers, remote=executor is not None)
     log = MemoryLog(header_of(experiment, place), experiment.plan.points, experiment.contents)
     _run_missing(experiment, log, workers, watch, executor, place, priced=priced)
-    if told := inexact_exponent(study):
-        warn(told, RunWarning)
     return collect(_results(experiment, log))
 
 
@@ -285,6 +283,8 @@ def header_of(experiment: Experiment, place: Place = PROCESSOR) -> Header:
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     attrs = {**provenance(study, "run"), "method": " and ".join(experiment.methods), "device": place.name}
+    if told := inexact_exponent(study):
+        attrs[INEXACT] = told
     return {"coords": coords, "attrs": attrs}
 
 

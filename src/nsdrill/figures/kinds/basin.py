@@ -18,7 +18,7 @@ from nsdrill.analysis.attractors import Attractor
 from nsdrill.analysis.safety import known_runs
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.figures.cells import hatch
+from nsdrill.figures.cells import UNSETTLED_HATCH, hatch
 from nsdrill.figures.kinds.start_pictures import (
     ATTRACTOR_VARIABLES,
     UNGROUPED,
@@ -42,7 +42,6 @@ BASIN_HEIGHT = 4.4
 # least share
 MAX_NAMED, MIN_SHARE = 8, 0.005
 OTHER_CELLS, UNKNOWN_CELLS, OTHER_DOTS = "#F2F2F2", "#FFFFFF", "#808080"
-UNSETTLED_HATCH = "/////"
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
 
