@@ -13,7 +13,7 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
-from nsdrill.analysis.advice import First
+from nsdrill.analysis.advice import First, WayIn
 from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import (
     HELD,
@@ -275,6 +275,26 @@ def test_a_bit_off_bottom_is_clear_of_the_lobes(texts):
     tag = next(one for one in cone.disturbances(cone.motions.start(cone.study)) if one.name == TAGGED)
     assert heights(cone, tag, 1.5 * runs.PAUSE, 2 * runs.PAUSE).min() > 1e-3
     assert cone.run(plan, Event())[0].outcome != Outcome.UNKNOWN
+
+
+def test_the_rates_that_are_ordered_are_tried_and_from_several_speeds():
+    """Where a rise begins decides in which phase the bit comes to the wall, and to the stop."""
+    way = WayIn(wall=(60 * RPM, 68 * RPM), crosses=True, rate=2.1 * RPM, swing_rate=4.6 * RPM)
+    one = replace(bench(ROTARY), advised=way)
+    rates = [plan.rate / RPM for plan in one.ways_in() if plan.name == SPEED_FIRST]
+    assert rates == pytest.approx([0.2, 1.0, 2.1, 3.0, 4.6, 5.0, 10.0])
+    ran, more = [], one.ways_in()
+    while more:
+        ran += [
+            Trial(plan.name, Way.IN, Outcome.FREE, rate=plan.rate, held=plan.held, set_in=plan.set_in, begun=plan.begun)
+            for plan in more
+        ]
+        more = one.further(ran)
+    found = came_in(way, Trials(tuple(ran)))
+    assert (found.rate, found.most) == (way.rate, way.swing_rate)
+    for rate in (way.rate, way.swing_rate):
+        same = [trial for trial in ran if trial.name == SPEED_FIRST and trial.rate == rate]
+        assert len({trial.begun for trial in same}) >= 6
 
 
 def test_without_lobes_nothing_is_lifted():

@@ -67,12 +67,21 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     best = best_stretch(trials, dict.fromkeys(ORDERS, free_stretches))
     if best is None:
         return found
-    name, slowest, fastest = best
-    least, found = slowest.rate, found or WayIn()
-    if ORDERS[name] == First.SPEED and found.crosses and (found.rate or 0.0) <= (fastest.rate or 0.0):
-        # what passes by a hair in a trial has not the margin of the estimate, and eccentricity is rarely known
-        least = max(least or 0.0, found.rate or 0.0)
-    return replace(found, first=ORDERS[name], rate=least, most=fastest.rate)
+    name, *_ = best
+    least, most = ordered(found, *best)
+    return replace(found or WayIn(), first=ORDERS[name], rate=least, most=most)
+
+
+def ordered(found: WayIn | None, name: str, slowest: Trial, fastest: Trial) -> tuple[float, float]:
+    """The rates to order, of ways in of a ``name`` that ended free from the ``slowest`` to the ``fastest``: what
+    passes the wall by a hair in a trial, or swings back to it by a hair less, has not the margin of the estimates
+    of the way in that was ``found``, and eccentricity is rarely known. As tried, where these leave nothing."""
+    least, most = slowest.rate or 0.0, fastest.rate or 0.0
+    if found is None or ORDERS[name] != First.SPEED or not found.crosses:
+        return least, most
+    least = max(least, found.rate or 0.0) if (found.rate or 0.0) <= most else least
+    clear = most if found.swing_rate is None else found.swing_rate
+    return least, min(most, clear) if clear >= least else most
 
 
 ORDERS = {SPEED_FIRST: First.SPEED, WEIGHT_FIRST: First.WEIGHT}

@@ -119,6 +119,8 @@ class Trial:
     """In what time the weight was set on a way in [s]."""
     held: float | None = None
     """For how long a way in was held between its two parts [s]."""
+    begun: float | None = None
+    """From which speed a way in was raised [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -577,6 +579,7 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
             "why": one.why,
             "set_in": None if one.set_in is None else {"value": one.set_in, "units": "s"},
             "held": None if one.held is None else {"value": one.held, "units": "s"},
+            "begun": None if one.begun is None else {"rotary_speed": one.begun},
         }
         for one in trials
     ]

@@ -100,7 +100,8 @@ def tried(
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
                 low, speeds = ends.low if ends else None, results.coords["rotary_speed"]
-                bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
+                corners, modelled, way = _corners(advice, place), advice.modelled, advice.way_in
+                bench = Bench(motions, place, speeds, low, severity, corners, modelled, way)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
                 is_open = False
