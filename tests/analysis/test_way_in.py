@@ -34,7 +34,7 @@ def texts(results) -> tuple[str, str, str]:
 def off_bottom(low: float, high: float, rate: float | None) -> dict:
     """The wall range of a collar off bottom, in rpm and rpm/s."""
     rates = dict.fromkeys(("passing_rate", "sure_rate")) if rate is None else at_rates(rate)
-    return {**WALL, "off_bottom": {"from": low * RPM, "to": high * RPM, **rates, "swing": 0.5}}
+    return {**WALL, "off_bottom": {"from": low * RPM, "to": high * RPM, **rates, "swing": 0.3}}
 
 
 def at_rates(rate: float) -> dict:
