@@ -642,6 +642,8 @@ class Faked:
 
     def __init__(self, monkeypatch, vibrates):
         self.vibrates, self.settings = vibrates, []
+        same = lambda changed, change, wobs: [replace(change, wob=wob) for wob in wobs]  # noqa: E731
+        monkeypatch.setattr(remedies.Changed, "at_weights", same)
         monkeypatch.setattr(runs.Bench, "all", lambda one, found, workers, told: self.all(one, found))
         monkeypatch.setattr(runs.Bench, "of_corners", lambda one, found, workers, told: self.corners(one, found))
 
@@ -682,6 +684,40 @@ def test_a_setting_moves_to_where_there_is_room_in_what_trials_leave(monkeypatch
     assert found.room == pytest.approx(22.5 / 9.25)
     assert {one.outcome for one in found.inside} == {Outcome.FREE}
     assert sum(one.way == Way.IN for one in found.trials) == len(runs.WEIGHT_RATES), "those of its own setting"
+
+
+@pytest.mark.parametrize(
+    ("light", "heavy", "ends", "weights"),
+    [
+        ((75, 140), (90, 130), (90, 130), (13, 17)),  # more weight, a later end of stick-slip
+        ((70, 140), (136, 140), (70, 140), (13, 15)),
+        (None, (90, 140), (90, 140), (15, 17)),
+    ],
+)
+def test_a_change_is_offered_at_no_weight_beyond_its_way_up_there(monkeypatch, light, heavy, ends, weights):
+    """Free at 70 to 140 rpm at 15 klbf, and in every trial in a corner; at the weights to which that is held the way up
+    is free over less, or nothing is known."""
+    Faked(monkeypatch, lambda name, rpm: False)
+    told = dict(zip((13, 17), (light, heavy), strict=True))
+
+    def ways_up(changed, change, wobs):
+        free = [told[round(wob / KLBF)] for wob in wobs]
+        return [
+            replace(change, wob=wob, free=(), room=None)
+            if one is None
+            else replace(change, wob=wob, free=((one[0] * RPM, one[1] * RPM),), room=1.0)
+            for wob, one in zip(wobs, free, strict=True)
+        ]
+
+    monkeypatch.setattr(remedies.Changed, "at_weights", ways_up)
+    changed, span = changed_from(70, 140, 105)
+    found = window_trials._tried_change(span, changed, changed.speeds, 1, runs.Told(lambda progress: None))
+    assert found.widest == pytest.approx((ends[0] * RPM, ends[1] * RPM))
+    assert found.weights == pytest.approx((weights[0] * KLBF, weights[1] * KLBF))
+    assert {one.wob for one in found.trials if one.way == Way.CORNER} == set(found.weights)
+    if weights != (13, 17):
+        gone = "17 klbf its way up has no room" if weights[0] == 13 else "13 klbf its way up is not known"
+        assert gone in found.why
 
 
 @pytest.mark.parametrize(("bad", "settings"), [((100, 120), [110, 87.5]), ((0, 200), [110, 87.5])])
