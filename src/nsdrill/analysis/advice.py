@@ -148,6 +148,8 @@ class Recover:
     lowered to. None where no run below vibrates."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
+    by_trial: bool = False
+    """Whether a trial alone shows that it ends there, of what a knock started, and no way down of the map."""
     only_at: tuple[str, float] | None = None
     """The other axis and its value at the point, where the way down is not clear ``at`` the same value everywhere
     else within the limits."""
@@ -1448,6 +1450,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
             "only_at": None if end.only_at is None else dict([end.only_at]),
+            "by_trial": end.by_trial,
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,

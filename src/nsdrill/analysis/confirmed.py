@@ -161,7 +161,7 @@ def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
     ``slowed``. Trials lower the speed: what the way down along another axis showed is not told beside it."""
     if before.axis != "rotary_speed":
         was = Recovery.LASTS if before.outcome == Recovery.LASTS else Recovery.NOT_MET
-        before = replace(before, axis="rotary_speed", outcome=was, at=None, then=())
+        before = Recover(was, None, before.responses, before.lasts_above, elsewhere=before.elsewhere)
     lasts, was_lasting = slowed.outcome == Outcome.STALLED, before.outcome == Recovery.LASTS
     if lasts or set(slowed.responses) & set(knock.responses):
         responses = (*(before.responses if was_lasting else ()), *knock.responses)
@@ -172,9 +172,10 @@ def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
         # what ends in another vibration is worse than what ends free, however low
         if before.then:
             return before
-        return replace(before, at=slowed.speed, responses=knock.responses, then=slowed.responses)
+        return replace(before, at=slowed.speed, responses=knock.responses, then=slowed.responses, by_trial=True)
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
+    by_trial = ends is not None and (before.at is None or ends < before.at or before.by_trial)
     then = slowed.responses if ends == slowed.speed else before.then
     met = before.responses if before.outcome == Recovery.ENDS else ()
     responses = tuple(dict.fromkeys((*met, *knock.responses)))
-    return replace(before, outcome=Recovery.ENDS, at=ends, responses=responses, then=then)
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=responses, then=then, by_trial=by_trial)

@@ -1041,12 +1041,15 @@ class Words:
         return tuple(name for name in names if not (is_speed and name == "stick_slip"))
 
     def was_free(self) -> str:
-        """What the way down showed; where the wall may hold a collar at its end, no more than that."""
+        """What the way down, or a trial alone, showed; no more than that where the wall may hold a collar there."""
         found = self.advice.recover
         assert found is not None
+        if found.by_trial and not self.may_stay_on_wall():
+            return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
             return "the way down was free there" if found.bound is not None else "the way down was free from there"
-        return f"what the map met had ended there, but {self.may_stay().removeprefix('; ')}"
+        who = "what a knock started in a trial" if found.by_trial else "what the map met"
+        return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
     def may_stay(self) -> str:
         """At which speeds a collar may stay on the wall; "" of one that cannot."""
