@@ -30,6 +30,7 @@ from nsdrill.analysis.trials import (
     Trial,
     Trials,
     Way,
+    data_of,
 )
 from nsdrill.analysis.untried import Jump
 from nsdrill.analysis.window import find_window
@@ -46,6 +47,7 @@ from nsdrill.interrupt import EXIT_CODE
 from nsdrill.study import parse_study
 from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings
+from nsdrill.words.values import Formatter
 from nsdrill.words.wording import is_short
 
 pytestmark = pytest.mark.usefixtures("words_only")
@@ -684,6 +686,26 @@ def test_a_setting_moves_to_where_there_is_room_in_what_trials_leave(monkeypatch
     assert found.room == pytest.approx(22.5 / 9.25)
     assert {one.outcome for one in found.inside} == {Outcome.FREE}
     assert sum(one.way == Way.IN for one in found.trials) == len(runs.WEIGHT_RATES), "those of its own setting"
+
+
+def test_what_a_way_up_owes_to_stick_slip_depends_on_where_it_begins_and_says_so():
+    """From 40 rpm 8 klbf stick to 90 rpm, past the wall at 65 to 68 rpm, and are free above; from 60 rpm, where it
+    drills steadily, the collar goes to the wall and stays."""
+    texts = "drillstring.torsional_damping=15 N*m*s/rad", "bit.surface_amplitude=0 mm"
+    ran = {}
+    for begins in (40, 60):
+        one = bench(ROTARY, *texts, f"sweep.rotary_speed={{from: {begins} rpm, to: 160 rpm, points: 6}}")
+        changed = remedies.Changed(one.motions, {**one.values, "wob": 12 * KLBF}, one.speeds)
+        ran[begins] = changed.run(next(each for each in changed.all() if each.name == "weight"))
+    assert ran[40].has_room
+    assert ran[40].sticks_past
+    assert not ran[60].free
+    assert not ran[60].sticks_past
+    found = Trials(changes=(remedies.AS_IT_IS, ran[40]), wob=12 * KLBF, begins=40 * RPM)
+    told = list(trial_words.lines(found, "rotary_speed", Formatter("field")))
+    assert told[0].startswith("One change at a time, each run one way up from 40 rpm")
+    assert any("stick-slip takes it past whirl there, and begun above that it may whirl" in one for one in told)
+    assert data_of(found, "rotary_speed")["changes"][1]["sticks_past_wall"] is True
 
 
 @pytest.mark.parametrize(

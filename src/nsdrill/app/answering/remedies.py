@@ -8,8 +8,10 @@ from dataclasses import field, replace
 import numpy as np
 
 from nsdrill.analysis.graded import SLACK, Graded, graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
+from nsdrill.analysis.sticking import sticks_past
 from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
@@ -267,7 +269,19 @@ def shown(change: Change, maps: Graded, number: int, row: int) -> Change:
         why=change.why or (f"{unknown} of {count(len(x), 'point')} are not known" if unknown else ""),
         speed=None if widest is None else float(x[deepest]),
         jump=jumps[0] if jumps else None,
+        sticks_past=widest is not None and _sticks_past(maps, number, row, float(x[widest[0]])),
     )
+
+
+def _sticks_past(maps: Graded, number: int, row: int, begins: float) -> bool:
+    """Whether stick-slip takes the way up of a row past the wall's speeds to where it is free, which ``begins`` above
+    them."""
+    wall = next((one for one in lasting(maps.results) if one["name"] == "wall_speed" and one.get("range")), None)
+    if wall is None or "up" not in maps.ways or begins <= wall["range"]["to"]:
+        return False
+    values = maps.values(maps.x)
+    inside = (values >= wall["range"]["from"]) & (values <= wall["range"]["to"])
+    return bool(sticks_past(maps.bits_on("up")[number, row], inside))
 
 
 def _rounded(value: float, unit: str) -> str:

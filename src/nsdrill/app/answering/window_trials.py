@@ -110,6 +110,7 @@ def tried(
             if changed is not None and not found.interrupted:
                 as_mapped = _as_it_is(results, severity, changed) if mapped else None
                 told.begin()
+                found = replace(found, begins=float(np.min(results.coords["rotary_speed"])))
                 for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
