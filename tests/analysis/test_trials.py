@@ -607,6 +607,7 @@ def test_as_data():
         "why": "",
         "set_in": None,
         "held": None,
+        "begun": None,
     }
     assert found["trials_counted"] == [
         {"name": WEIGHT_FIRST, "way": "in", "of": 3, "free": 3, "vibrates": 0, "stalled": 0, "unknown": 0},
@@ -797,9 +798,38 @@ def test_trials_lower_the_speed_of_a_map_that_was_carried_along_the_weight():
     found = confirmed(replace(POINT, recover=Recover(Recovery.ENDS, 40e3, ("whirl",), axis="wob")), tried)
     assert found.recover is not None
     assert (found.recover.axis, found.recover.at) == ("rotary_speed", pytest.approx(60 * RPM))
+    bound = Beyond(30e3, Grade.CRITICAL, ("whirl",))
+    of_weight = Recover(Recovery.ENDS, 40e3, ("whirl",), axis="wob", bound=bound, only_at=("rotary_speed", 9.0))
+    told = confirmed(replace(POINT, recover=of_weight), tried).recover
+    assert told is not None
+    assert (told.bound, told.only_at) == (None, None), "of the weight"
     still = confirmed(replace(POINT, recover=Recover(Recovery.LASTS, None, ("whirl",), axis="wob")), tried).recover
     assert still is not None
     assert still.outcome == Recovery.LASTS
+
+
+@pytest.mark.parametrize(
+    ("found", "by_trial"),
+    [
+        (None, True),
+        (Recover(Recovery.NOT_MET), True),
+        (Recover(Recovery.ENDS, 40e3, ("whirl",), axis="wob"), True),
+        (Recover(Recovery.ENDS, 90 * RPM, ("whirl",)), True),
+        (Recover(Recovery.ENDS, 50 * RPM, ("whirl",)), False),
+    ],
+)
+def test_no_way_down_is_told_where_a_trial_alone_shows_the_end(found, by_trial):
+    """A knock is lowered to 60 rpm: a map brought up only, one along the weight, or one whose way down is free
+    above that, has no way down that shows it."""
+    tried = Trials((*ways("....", "...."), knock(VIBRATES), knock(FREE, name=SLOWED, speed=60)))
+    one = confirmed(replace(POINT, recover=found), tried)
+    assert one.recover is not None
+    assert (one.recover.outcome, one.recover.by_trial) == (Recovery.ENDS, by_trial)
+    said = " ".join(Words(one, ("rotary_speed", "wob"), "field", ("up",)).lines())
+    said += " ".join(Orders(one, ("rotary_speed", "wob"), "field", ("up",)).do())
+    assert ("the way down was free" in said) == (not by_trial)
+    assert ("lowered to it a knocked string came free in a trial" in said) == by_trial
+    assert data_of(one, "rotary_speed")["recover"]["by_trial"] is by_trial
 
 
 def test_a_few_free_ways_among_many_are_no_way_in():

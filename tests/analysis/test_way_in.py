@@ -34,7 +34,7 @@ def texts(results) -> tuple[str, str, str]:
 def off_bottom(low: float, high: float, rate: float | None) -> dict:
     """The wall range of a collar off bottom, in rpm and rpm/s."""
     rates = dict.fromkeys(("passing_rate", "sure_rate")) if rate is None else at_rates(rate)
-    return {**WALL, "off_bottom": {"from": low * RPM, "to": high * RPM, **rates}}
+    return {**WALL, "off_bottom": {"from": low * RPM, "to": high * RPM, **rates, "swing": 0.3}}
 
 
 def at_rates(rate: float) -> dict:
@@ -107,12 +107,39 @@ def test_a_setting_to_which_no_way_in_is_known_is_a_hint_until_trials_reach_it()
 def test_a_setting_below_a_range_without_an_end_comes_before_one_in_it():
     """No rate passes a range that goes on; 90 rpm lies below it, and 100 rpm, which has more
     room around it, in it."""
-    endless = {**WALL, "off_bottom": {"from": 91 * RPM, "to": None, "passing_rate": None, "sure_rate": None}}
+    endless = off_bottom(91, 91, None)
+    endless["off_bottom"]["to"] = None
     ways = {"up": ["wwwwwww"] * 5, "down": ROLLS, "same": ["......w"] * 5}
     answers = [find_window(made(wall, **ways))["answer"] for wall in (endless, off_bottom(91, 200, 49))]
     for one in answers:
         assert (one.kind, one.way_in.first) == (Kind.QUICK_START, First.SPEED)
         assert one.point["rotary_speed"] == pytest.approx(90 * RPM)
+
+
+def test_a_rise_stops_where_the_bit_does_not_swing_back_to_the_wall():
+    """100 rpm, 68 rpm and two tolerances of 6.8 rpm: after a stop the bit swings by 4 s of the rate below 100 rpm."""
+    wall = {**WALL, "off_bottom": {**WALL["off_bottom"], "swing": 4.0}}
+    line, do, _ = texts(made(wall, up=FREE, down=ROLLS))
+    assert "through 60 to 68 rpm at 1.8 to 4.7 rpm/s without a stop" in line
+    assert "at 1.8 to 4.7 rpm/s" in do
+    near = {**WALL, "off_bottom": {**WALL["off_bottom"], "swing": 30.0}}
+    line, do, do_not = texts(made(near, up=FREE, down=ROLLS))
+    assert "set 15 klbf at 70 rpm" in line
+    assert "off bottom the bit would swing back to 60 to 68 rpm, where the collar reaches the wall" in do
+    assert "Do not raise the speed before the weight" in do_not
+    started = {"up": ["wwwwwww"] * 5, "down": ROLLS, "same": ["......w"] * 5}
+    clear, hint = (find_window(made(one, **started))["answer"] for one in (wall, near))
+    assert (clear.kind, hint.kind) == (Kind.QUICK_START, Kind.HINT)
+    assert data_of(clear, "rotary_speed")["way_in"]["swing_rate"]["value"] / RPM == pytest.approx(4.72, abs=0.01)
+    assert words_of(find_window(made(near, **started)), "field").sentence().startswith("Hint only: ")
+
+
+def test_trials_order_no_rate_at_which_the_bit_would_swing_back_to_the_wall():
+    """All rates are free in trials; the estimates leave 2 to 5 rpm/s of them."""
+    way = WayIn(wall=(60 * RPM, 68 * RPM), crosses=True, rate=2 * RPM, swing_rate=5 * RPM)
+    tried = tuple(Trial(SPEED_FIRST, Way.IN, Outcome.FREE, rate=one * RPM) for one in (0.2, 1, 2, 3, 5, 10))
+    found = came_in(way, Trials(tried))
+    assert (found.rate / RPM, found.most / RPM) == pytest.approx((2.0, 5.0))
 
 
 def test_quickly_always_has_its_number():

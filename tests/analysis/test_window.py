@@ -615,7 +615,11 @@ def test_a_milder_standard_keeps_no_point_that_it_does_not_allow():
 
 def test_a_hint_to_which_a_way_in_is_known_comes_first_whatever_the_end_of_the_sweep():
     """A wide field above 9 rad/s is free from a start only, and no drive passes the wall below it."""
-    wall = {**WALL, "name": "wall_speed", "off_bottom": {"from": 7.5, "to": 8.5, "passing_rate": 2.0, "sure_rate": 4.0}}
+    wall = {
+        **WALL,
+        "name": "wall_speed",
+        "off_bottom": {"from": 7.5, "to": 8.5, "passing_rate": 2.0, "sure_rate": 4.0, "swing": 0.1},
+    }
     up, same = ["s....wwwwwwwwww", *["s" * 15] * 4], ["." * 15] + ["sssssssss......"] * 4
     kinds = []
     for last in (7, 12, 15):

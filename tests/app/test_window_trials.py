@@ -13,7 +13,7 @@ import pytest
 from interrupts import Interrupt
 
 import nsdrill
-from nsdrill.analysis.advice import First
+from nsdrill.analysis.advice import First, WayIn
 from nsdrill.analysis.confirmed import came_in
 from nsdrill.analysis.trials import (
     HELD,
@@ -30,6 +30,7 @@ from nsdrill.analysis.trials import (
     Trial,
     Trials,
     Way,
+    data_of,
 )
 from nsdrill.analysis.untried import Jump
 from nsdrill.analysis.window import find_window
@@ -46,6 +47,7 @@ from nsdrill.interrupt import EXIT_CODE
 from nsdrill.study import parse_study
 from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings
+from nsdrill.words.values import Formatter
 from nsdrill.words.wording import is_short
 
 pytestmark = pytest.mark.usefixtures("words_only")
@@ -275,6 +277,26 @@ def test_a_bit_off_bottom_is_clear_of_the_lobes(texts):
     tag = next(one for one in cone.disturbances(cone.motions.start(cone.study)) if one.name == TAGGED)
     assert heights(cone, tag, 1.5 * runs.PAUSE, 2 * runs.PAUSE).min() > 1e-3
     assert cone.run(plan, Event())[0].outcome != Outcome.UNKNOWN
+
+
+def test_the_rates_that_are_ordered_are_tried_and_from_several_speeds():
+    """Where a rise begins decides in which phase the bit comes to the wall, and to the stop."""
+    way = WayIn(wall=(60 * RPM, 68 * RPM), crosses=True, rate=2.1 * RPM, swing_rate=4.6 * RPM)
+    one = replace(bench(ROTARY), advised=way)
+    rates = [plan.rate / RPM for plan in one.ways_in() if plan.name == SPEED_FIRST]
+    assert rates == pytest.approx([0.2, 1.0, 2.1, 3.0, 4.6, 5.0, 10.0])
+    ran, more = [], one.ways_in()
+    while more:
+        ran += [
+            Trial(plan.name, Way.IN, Outcome.FREE, rate=plan.rate, held=plan.held, set_in=plan.set_in, begun=plan.begun)
+            for plan in more
+        ]
+        more = one.further(ran)
+    found = came_in(way, Trials(tuple(ran)))
+    assert (found.rate, found.most) == (way.rate, way.swing_rate)
+    for rate in (way.rate, way.swing_rate):
+        same = [trial for trial in ran if trial.name == SPEED_FIRST and trial.rate == rate]
+        assert len({trial.begun for trial in same}) >= 6
 
 
 def test_without_lobes_nothing_is_lifted():
@@ -622,6 +644,8 @@ class Faked:
 
     def __init__(self, monkeypatch, vibrates):
         self.vibrates, self.settings = vibrates, []
+        same = lambda changed, change, wobs: [replace(change, wob=wob) for wob in wobs]  # noqa: E731
+        monkeypatch.setattr(remedies.Changed, "at_weights", same)
         monkeypatch.setattr(runs.Bench, "all", lambda one, found, workers, told: self.all(one, found))
         monkeypatch.setattr(runs.Bench, "of_corners", lambda one, found, workers, told: self.corners(one, found))
 
@@ -662,6 +686,60 @@ def test_a_setting_moves_to_where_there_is_room_in_what_trials_leave(monkeypatch
     assert found.room == pytest.approx(22.5 / 9.25)
     assert {one.outcome for one in found.inside} == {Outcome.FREE}
     assert sum(one.way == Way.IN for one in found.trials) == len(runs.WEIGHT_RATES), "those of its own setting"
+
+
+def test_what_a_way_up_owes_to_stick_slip_depends_on_where_it_begins_and_says_so():
+    """From 40 rpm 8 klbf stick to 90 rpm, past the wall at 65 to 68 rpm, and are free above; from 60 rpm, where it
+    drills steadily, the collar goes to the wall and stays."""
+    texts = "drillstring.torsional_damping=15 N*m*s/rad", "bit.surface_amplitude=0 mm"
+    ran = {}
+    for begins in (40, 60):
+        one = bench(ROTARY, *texts, f"sweep.rotary_speed={{from: {begins} rpm, to: 160 rpm, points: 6}}")
+        changed = remedies.Changed(one.motions, {**one.values, "wob": 12 * KLBF}, one.speeds)
+        ran[begins] = changed.run(next(each for each in changed.all() if each.name == "weight"))
+    assert ran[40].has_room
+    assert ran[40].sticks_past
+    assert not ran[60].free
+    assert not ran[60].sticks_past
+    found = Trials(changes=(remedies.AS_IT_IS, ran[40]), wob=12 * KLBF, begins=40 * RPM)
+    told = list(trial_words.lines(found, "rotary_speed", Formatter("field")))
+    assert told[0].startswith("One change at a time, each run one way up from 40 rpm")
+    assert any("stick-slip takes it past whirl there, and begun above that it may whirl" in one for one in told)
+    assert data_of(found, "rotary_speed")["changes"][1]["sticks_past_wall"] is True
+
+
+@pytest.mark.parametrize(
+    ("light", "heavy", "ends", "weights"),
+    [
+        ((75, 140), (90, 130), (90, 130), (13, 17)),  # more weight, a later end of stick-slip
+        ((70, 140), (136, 140), (70, 140), (13, 15)),
+        (None, (90, 140), (90, 140), (15, 17)),
+    ],
+)
+def test_a_change_is_offered_at_no_weight_beyond_its_way_up_there(monkeypatch, light, heavy, ends, weights):
+    """Free at 70 to 140 rpm at 15 klbf, and in every trial in a corner; at the weights to which that is held the way up
+    is free over less, or nothing is known."""
+    Faked(monkeypatch, lambda name, rpm: False)
+    told = dict(zip((13, 17), (light, heavy), strict=True))
+
+    def ways_up(changed, change, wobs):
+        free = [told[round(wob / KLBF)] for wob in wobs]
+        return [
+            replace(change, wob=wob, free=(), room=None)
+            if one is None
+            else replace(change, wob=wob, free=((one[0] * RPM, one[1] * RPM),), room=1.0)
+            for wob, one in zip(wobs, free, strict=True)
+        ]
+
+    monkeypatch.setattr(remedies.Changed, "at_weights", ways_up)
+    changed, span = changed_from(70, 140, 105)
+    found = window_trials._tried_change(span, changed, changed.speeds, 1, runs.Told(lambda progress: None))
+    assert found.widest == pytest.approx((ends[0] * RPM, ends[1] * RPM))
+    assert found.weights == pytest.approx((weights[0] * KLBF, weights[1] * KLBF))
+    assert {one.wob for one in found.trials if one.way == Way.CORNER} == set(found.weights)
+    if weights != (13, 17):
+        gone = "17 klbf its way up has no room" if weights[0] == 13 else "13 klbf its way up is not known"
+        assert gone in found.why
 
 
 @pytest.mark.parametrize(("bad", "settings"), [((100, 120), [110, 87.5]), ((0, 200), [110, 87.5])])

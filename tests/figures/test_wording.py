@@ -45,6 +45,7 @@ WALL = {
         "to": to_si("67.6 rpm", "rad/s"),
         "passing_rate": to_si("0.9 rpm/s", "rad/s^2"),
         "sure_rate": to_si("1.8 rpm/s", "rad/s^2"),
+        "swing": 0.3,
     },
 }
 FREE, ROLLS, STICKS = ["s.....w"] * 5, ["swwwwww"] * 5, ["sssssww"] * 5

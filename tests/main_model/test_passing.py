@@ -62,6 +62,39 @@ def test_faster_ones_pass_too(changes):
     assert all(greatest_radius(times * found["sure_rate"], *changes) < 1.0 for times in (1.0, 1.5))
 
 
+SWINGS = ("drillstring.eccentricity=2 mm", "operation.depth=3000 ft")
+
+
+def stopped(above: float, rate: float, start: float, *changes: str) -> tuple[float, float]:
+    """Over the gap how far the collar goes at last, and the least speed of the bit, in rpm, after a stop so far above
+    the wall's speeds, of a rise that begins at ``start``; all in rpm."""
+    end = off_bottom(*changes)["to"] + above
+    up = (end - start) / rate
+    ramp = f"operation.rotary_speed={{ramp: [[0 s, {start} rpm], [{up} s, {end} rpm], [{up + 40} s, {end} rpm]]}}"
+    trace = nsdrill.simulate(parse_study(WELL, overrides=[*changes, "operation.wob=0 N", ramp]), sample=0.05)
+    time, radius, speed = (trace[name].values for name in ("time", "radius", "bit_speed"))
+    return float(radius[time > time[-1] - 10.0].max()) / 0.0254, float(speed[time > up].min()) / RPM
+
+
+@pytest.mark.parametrize("changes", [(), ("drive.kind=soft_torque",), SWINGS])
+def test_after_a_stop_the_bit_swings_below_its_speed_as_is_told(changes):
+    """Far above the wall, the worst of several phases; undamped, 2/w per rate."""
+    changes = ("drillstring.eccentricity=1 mm", *changes)
+    swing, rate = off_bottom(*changes)["swing"] * RPM, 8.0
+    end = off_bottom(*changes)["to"] + 60.0
+    least = min(stopped(60.0, rate, start, *changes)[1] for start in (5.0, 15.0, 25.0, 35.0))
+    assert 0.7 * swing * rate < end - least < 1.05 * swing * rate
+
+
+def test_a_rise_that_stops_just_above_the_wall_leaves_the_collar_on_it_and_one_that_stops_clear_does_not():
+    """The rate passes, from all starts, where the rise goes on: 4.6 rpm/s."""
+    rate, swing = off_bottom(*SWINGS)["sure_rate"] * 1.001, off_bottom(*SWINGS)["swing"] * RPM
+    starts = (0.5, 8.0, 16.0, 22.0)
+    assert greatest_radius(rate, *SWINGS) < 1.0
+    assert max(stopped(1.0, rate, start, *SWINGS)[0] for start in starts) > 1.0
+    assert max(stopped(10.0 + swing * rate, rate, start, *SWINGS)[0] for start in starts) < 0.8
+
+
 def test_where_no_rate_passes_none_is_told():
     """12 mm of 25 mm, and a collar that the friction of its stabilisers drives to the wall at any rate."""
     assert off_bottom("drillstring.eccentricity=12 mm")["sure_rate"] is None

@@ -7,7 +7,7 @@ All numbers are in SI. The words are those of :mod:`nsdrill.words.answer`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, field, replace
 from enum import StrEnum
 from itertools import product
@@ -45,6 +45,8 @@ from nsdrill.records import dataclass
 
 RATE = "rate_of_penetration"
 FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary table does
+BOUNDED = 2.0 * FASTEST  # a bound of the rate above this is none to any drive
+CLEAR = 2.0  # tolerances above the wall's speeds, to which the bit may swing: a collar that passed them swings still
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
 NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
@@ -146,6 +148,8 @@ class Recover:
     lowered to. None where no run below vibrates."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
+    by_trial: bool = False
+    """Whether a trial alone shows that it ends there, of what a knock started, and no way down of the map."""
     only_at: tuple[str, float] | None = None
     """The other axis and its value at the point, where the way down is not clear ``at`` the same value everywhere
     else within the limits."""
@@ -166,7 +170,9 @@ class WayIn:
     no way that is known. ``wall`` are the speeds [rad/s] between which a collar off bottom
     reaches the wall; ``passing_rate`` [rad/s^2] is the estimate of the rate at which it
     does not, and ``rate`` that from which on to pass: at least twice the estimate, as the bit
-    lags behind the drive, or what trials showed to be free; None where none is known.
+    lags behind the drive, or what trials showed to be free; None where none is known. After a stop at
+    the point the bit swings below its speed: ``swing_rate`` is the greatest rate at which it stays
+    :data:`CLEAR` of the wall's speeds, None where no drive is as fast.
 
     As the map was run, the weight is set at ``begins`` [rad/s], and the speed is raised,
     ``through`` stick-slip up to that speed [rad/s]; at the lightest weight
@@ -191,13 +197,24 @@ class WayIn:
     """The greatest rate [rad/s^2] at which trials ended free; None without trials."""
     is_shaken: bool = False
     """Whether runs of the map bounced over lobes, which may begin when the weight is set."""
+    swing_rate: float | None = None
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""
 
     @property
     def can_pass(self) -> bool:
-        """Whether a drive passes the wall range off bottom fast enough."""
+        """Whether a drive passes the wall range off bottom fast enough, and stops clear of it."""
+        return self.is_fast_enough and not self.is_too_near
+
+    @property
+    def is_fast_enough(self) -> bool:
+        """Whether a drive passes the wall range off bottom fast enough, wherever it stops."""
         return self.wall is not None and self.rate is not None and self.rate <= FASTEST
+
+    @property
+    def is_too_near(self) -> bool:
+        """Whether the bit comes back to the wall range after a stop at the point, at any rate at which it passes."""
+        return self.swing_rate is not None and self.swing_rate < (self.rate or 0.0)
 
     @property
     def no_stop_from(self) -> float | None:
@@ -750,8 +767,8 @@ def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
 def unreached(maps: Graded, number: int) -> Array:
     """To which points of a map, bool [y, x], no way in is known: they are free from a start at the
     point alone, and off bottom no drive passes the speeds at which the collar reaches the wall."""
-    found, way = maps.grade[number] == Grade.FROM_START, _past_wall(maps, 0.0)
-    if way.wall is None or "up" not in maps.ways or way.can_pass:
+    found, past_wall = maps.grade[number] == Grade.FROM_START, _past_walls(maps)
+    if "up" not in maps.ways or not found.any():
         return np.zeros_like(found)
     speed = "rotary_speed"
     if maps.third == speed:
@@ -760,24 +777,33 @@ def unreached(maps: Graded, number: int) -> Array:
         speeds = along_axis(maps.values(speed), (maps.y, maps.x).index(speed), 2)
     else:
         speeds = np.asarray(maps.results.held.get(speed, 0.0))
-    return np.asarray(found & (speeds > way.wall[0]))
+    ways = [past_wall(float(speed)) for speed in speeds.ravel()]
+    blocked = np.array([way.crosses and not way.can_pass for way in ways]).reshape(speeds.shape)
+    return np.asarray(found & blocked)
 
 
-def _past_wall(maps: Graded, speed: float) -> WayIn:
-    """How one comes to this speed [rad/s] off bottom, past the speeds at which the collar
+def _past_walls(maps: Graded) -> Callable[[float], WayIn]:
+    """How one comes to a speed [rad/s] off bottom, past the speeds at which the collar
     reaches the wall, if there are any. Where it does so at all greater ones, no rate passes
-    them."""
+    them; nor where the bit swings back to them after a stop so near above."""
     off = next((one.get("off_bottom") for one in lasting(maps.results) if one["name"] == "wall_speed"), None)
     if off is None:
-        return WayIn()
-    high = off["to"] if off["to"] is not None else max(speed, off["from"])
-    estimate = off["passing_rate"] if off["to"] is not None else None
-    return WayIn(
-        wall=(float(off["from"]), float(high)),
-        passing_rate=estimate,
-        rate=off["sure_rate"] if off["to"] is not None else None,
-        crosses=speed > off["from"],
-    )
+        return lambda speed: WayIn()
+    low, ends = float(off["from"]), off["to"] is not None
+
+    def past_wall(speed: float) -> WayIn:
+        high = float(off["to"]) if ends else max(speed, low)
+        beside = CLEAR * float(tolerance("rotary_speed", np.array([high, high]))[0])
+        clear = (speed - high - beside) / off["swing"] if ends and speed > low else np.inf
+        return WayIn(
+            wall=(low, high),
+            passing_rate=off["passing_rate"] if ends else None,
+            rate=off["sure_rate"] if ends else None,
+            swing_rate=max(clear, 0.0) if clear < BOUNDED else None,
+            crosses=speed > low,
+        )
+
+    return past_wall
 
 
 def begun_above(maps: Graded, number: int) -> Array:
@@ -1029,7 +1055,7 @@ def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
         return None
     speed = _values(maps, cell).get("rotary_speed", maps.results.held.get("rotary_speed"))
     reaches = any(one["name"] == "wall_speed" for one in lasting(maps.results))
-    way = WayIn() if speed is None else _past_wall(maps, speed)
+    way = WayIn() if speed is None else _past_walls(maps)(speed)
     way = replace(way, is_shaken=bool(np.any(np.bitwise_or.reduce(maps.bits, axis=None) & BIT_BOUNCE)))
     chain = chain_of(maps.results)
     is_started = Grade(int(maps.grade[cell])) == Grade.FROM_START
@@ -1418,7 +1444,12 @@ def data_of(advice: Advice, along: str) -> Answer:
             "is_shaken": way.is_shaken,
             **{
                 key: None if value is None else {"value": value, "units": "rad/s^2"}
-                for key, value in (("passing_rate", way.passing_rate), ("rate", way.rate), ("most_rate", way.most))
+                for key, value in (
+                    ("passing_rate", way.passing_rate),
+                    ("rate", way.rate),
+                    ("most_rate", way.most),
+                    ("swing_rate", way.swing_rate),
+                )
             },
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
@@ -1428,6 +1459,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             "axis": end.axis,
             "at": None if end.at is None else {end.axis: end.at},
             "only_at": None if end.only_at is None else dict([end.only_at]),
+            "by_trial": end.by_trial,
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,

@@ -67,12 +67,21 @@ def came_in(found: WayIn | None, trials: Trials) -> WayIn | None:
     best = best_stretch(trials, dict.fromkeys(ORDERS, free_stretches))
     if best is None:
         return found
-    name, slowest, fastest = best
-    least, found = slowest.rate, found or WayIn()
-    if ORDERS[name] == First.SPEED and found.crosses and (found.rate or 0.0) <= (fastest.rate or 0.0):
-        # what passes by a hair in a trial has not the margin of the estimate, and eccentricity is rarely known
-        least = max(least or 0.0, found.rate or 0.0)
-    return replace(found, first=ORDERS[name], rate=least, most=fastest.rate)
+    name, *_ = best
+    least, most = ordered(found, *best)
+    return replace(found or WayIn(), first=ORDERS[name], rate=least, most=most)
+
+
+def ordered(found: WayIn | None, name: str, slowest: Trial, fastest: Trial) -> tuple[float, float]:
+    """The rates to order, of ways in of a ``name`` that ended free from the ``slowest`` to the ``fastest``: what
+    passes the wall by a hair in a trial, or swings back to it by a hair less, has not the margin of the estimates
+    of the way in that was ``found``, and eccentricity is rarely known. As tried, where these leave nothing."""
+    least, most = slowest.rate or 0.0, fastest.rate or 0.0
+    if found is None or ORDERS[name] != First.SPEED or not found.crosses:
+        return least, most
+    least = max(least, found.rate or 0.0) if (found.rate or 0.0) <= most else least
+    clear = most if found.swing_rate is None else found.swing_rate
+    return least, min(most, clear) if clear >= least else most
 
 
 ORDERS = {SPEED_FIRST: First.SPEED, WEIGHT_FIRST: First.WEIGHT}
@@ -152,7 +161,7 @@ def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
     ``slowed``. Trials lower the speed: what the way down along another axis showed is not told beside it."""
     if before.axis != "rotary_speed":
         was = Recovery.LASTS if before.outcome == Recovery.LASTS else Recovery.NOT_MET
-        before = replace(before, axis="rotary_speed", outcome=was, at=None, then=())
+        before = Recover(was, None, before.responses, before.lasts_above, elsewhere=before.elsewhere)
     lasts, was_lasting = slowed.outcome == Outcome.STALLED, before.outcome == Recovery.LASTS
     if lasts or set(slowed.responses) & set(knock.responses):
         responses = (*(before.responses if was_lasting else ()), *knock.responses)
@@ -163,9 +172,10 @@ def _worse(before: Recover, knock: Trial, slowed: Trial) -> Recover:
         # what ends in another vibration is worse than what ends free, however low
         if before.then:
             return before
-        return replace(before, at=slowed.speed, responses=knock.responses, then=slowed.responses)
+        return replace(before, at=slowed.speed, responses=knock.responses, then=slowed.responses, by_trial=True)
     ends = slowed.speed if before.at is None or slowed.speed is None else min(before.at, slowed.speed)
+    by_trial = ends is not None and (before.at is None or ends < before.at or before.by_trial)
     then = slowed.responses if ends == slowed.speed else before.then
     met = before.responses if before.outcome == Recovery.ENDS else ()
     responses = tuple(dict.fromkeys((*met, *knock.responses)))
-    return replace(before, outcome=Recovery.ENDS, at=ends, responses=responses, then=then)
+    return replace(before, outcome=Recovery.ENDS, at=ends, responses=responses, then=then, by_trial=by_trial)

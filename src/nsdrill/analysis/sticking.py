@@ -160,3 +160,10 @@ def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, b
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
     return array("unstable_to"), array("lasts_to"), from_rest(results) and not found.get("by_start")
+
+
+def sticks_past(bits: Array, inside: Array) -> Array:
+    """Whether ways up with these responses, [..., speed], pass all speeds ``inside`` a range in stick-slip, and without
+    whirl: the collar is not driven to the wall there, and how the string begins below decides on what follows."""
+    passed = bits[..., inside]
+    return np.asarray(inside.any() & np.all((passed & STICK_SLIP > 0) & (passed & WHIRL == 0), axis=-1))

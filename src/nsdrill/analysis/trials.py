@@ -119,6 +119,8 @@ class Trial:
     """In what time the weight was set on a way in [s]."""
     held: float | None = None
     """For how long a way in was held between its two parts [s]."""
+    begun: float | None = None
+    """From which speed a way in was raised [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,9 @@ class Change:
     jump: Jump | None = None
     """What its steps may still jump across; None where they are fine enough."""
 
+    sticks_past: bool = False
+    """Whether stick-slip takes its way up past the speeds at which the collar reaches the wall, so that one that begins
+    higher, without stick-slip, may whirl at what this one allows."""
     weights: tuple[float, float] | None = None
     """The least and the greatest weight [N] at which trials in the corners of :attr:`widest` were free; None where
     there were none."""
@@ -334,6 +339,8 @@ class Trials:
     """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
     nothing: bool = False
     """Whether the map of the file allows nothing: what one run of the string as it is shows is no room."""
+    begins: float | None = None
+    """At which speed [rad/s] the ways up of the changes begin, the lowest of the file."""
     mapped: bool = False
     """Whether the file has the way up itself, in its own steps: that of the string as it is, among
     the changes, then shows no more."""
@@ -577,6 +584,7 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
             "why": one.why,
             "set_in": None if one.set_in is None else {"value": one.set_in, "units": "s"},
             "held": None if one.held is None else {"value": one.held, "units": "s"},
+            "begun": None if one.begun is None else {"rotary_speed": one.begun},
         }
         for one in trials
     ]
@@ -604,6 +612,7 @@ def _plain_change(one: Change, along: str, whole: Change) -> Answer:
         "holds_with_usual_damping": one.holds_usual,
         "why": one.why,
         "jump": one.jump and data_of_jump(one.jump),
+        "sticks_past_wall": one.sticks_past,
         "trials_at": None if one.speed is None else {"rotary_speed": one.speed},
         "trials": _plain(one.trials),
     }
@@ -623,6 +632,7 @@ def data_of(found: Trials, along: str) -> Answer:
             }
             for change in found.changes
         ],
+        "changes_begin": None if found.begins is None else {"rotary_speed": found.begins},
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),

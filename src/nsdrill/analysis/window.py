@@ -24,7 +24,7 @@ from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, run_safety, told_responses, unseen_responses
-from nsdrill.analysis.sticking import from_rest
+from nsdrill.analysis.sticking import from_rest, sticks_past
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.data import (
@@ -56,7 +56,7 @@ from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.in_force import moved_thresholds
 from nsdrill.models.numbers import OFF_SPEED
 from nsdrill.models.registry import model_in, responses_in
-from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, WHIRL, severity_levels
+from nsdrill.models.responses import STICK_SLIP, VIBRATIONS, severity_levels
 from nsdrill.variables import INFERRED, PENDING, SAMPLE, has_failed
 
 USUAL_CONFIDENCE = 0.9
@@ -276,7 +276,7 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
     bits = maps.bits_in[grades.ways.index("up")]
     if not inside.any():  # steps that jump across have a warning of their own
         return None
-    sticks = np.all((bits[..., inside] & STICK_SLIP > 0) & (bits[..., inside] & WHIRL == 0), axis=-1)
+    sticks = sticks_past(bits, inside)
     from_below = (grades.grade == Grade.FROM_BELOW_ONLY) | (grades.grade == Grade.FROM_BELOW)
     found = sticks[..., None] & above & from_below & grades.allowed
     if not found.any():

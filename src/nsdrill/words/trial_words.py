@@ -219,7 +219,8 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         yield from _rows(found.trials, fmt)
     if found.changes:
         at = f" at {', '.join(fmt.value('wob', wob) for wob in found.wobs)}" if found.wobs else ""
-        yield f"One change at a time, each run one way up{at}, not back down{_numbers(found)}:"
+        begins = "" if found.begins is None else f" from {fmt.value('rotary_speed', found.begins)}"
+        yield f"One change at a time, each run one way up{begins}{at}, not back down{_numbers(found)}:"
         for change in found.changes:
             yield from _change_rows(change, found, along, fmt)
         for change in (one for each in found.changes for one in each.every):
@@ -284,6 +285,8 @@ def _freed(change: Change, found: Trials, along: str, fmt: Formatter) -> str:
     if (jump := change.jump) is not None:
         at = fmt.range_outwards(jump.axis, jump.low, jump.high)
         told += f"; steps of {fmt.value(jump.axis, jump.step)} may jump across {jump.motion} at {at}"
+    if change.sticks_past:
+        told += "; stick-slip takes it past whirl there, and begun above that it may whirl"
     if change.holds_usual is False:
         told += "; not with a usual damping of torsion"
     if not text:

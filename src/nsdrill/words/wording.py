@@ -556,7 +556,8 @@ class Words:
         assert way is not None
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
         if way.first == First.NONE:
-            why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
+            stops = "no drive passes" if not way.is_fast_enough else "off bottom the bit would swing back to"
+            why = f"No way in is known: slowly it {verbs}, and {stops} {self.wall_range(way)}."
         else:  # the starts say nothing of a string that turns
             why = f"Slowly it {verbs}; started with the bit at rest it is free, but no quick way in was run."
         texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
@@ -850,9 +851,13 @@ class Words:
 
     def rates(self, way: WayIn | None) -> str:
         """At which rates the speed is to be raised: without trials ``3 rpm/s or faster``, or "" where at
-        any; after trials the rates between which all were free, ``1 to 10 rpm/s``."""
+        any, or where the bit would swing back to the wall's speeds those at which it does not; after trials
+        the rates between which all were free, ``1 to 10 rpm/s``."""
         if way is None or way.most is None:
-            return f"{self.fmt.rate(rate)} or faster" if (rate := self._rate(way)) else ""
+            rate = self._rate(way)
+            if rate and way is not None and way.swing_rate is not None and way.can_pass:
+                return self.fmt.rates(rate, way.swing_rate)
+            return f"{self.fmt.rate(rate)} or faster" if rate else ""
         least = way.rate or way.most
         return self.fmt.rate(way.most) if least == way.most else self.fmt.rates(least, way.most)
 
@@ -948,6 +953,8 @@ class Words:
         return self.fmt.value(axis, self.set_value(axis))
 
     def _impassable(self, way: WayIn) -> str:
+        if way.is_fast_enough:
+            return f"off bottom the bit would swing back to {self.wall_range(way)}, where the collar reaches the wall"
         return f"off bottom no drive passes {self.wall_range(way)} before the collar reaches the wall"
 
     def _way_out(self) -> str:
@@ -1040,12 +1047,15 @@ class Words:
         return tuple(name for name in names if not (is_speed and name == "stick_slip"))
 
     def was_free(self) -> str:
-        """What the way down showed; where the wall may hold a collar at its end, no more than that."""
+        """What the way down, or a trial alone, showed; no more than that where the wall may hold a collar there."""
         found = self.advice.recover
         assert found is not None
+        if found.by_trial and not self.may_stay_on_wall():
+            return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
             return "the way down was free there" if found.bound is not None else "the way down was free from there"
-        return f"what the map met had ended there, but {self.may_stay().removeprefix('; ')}"
+        who = "what a knock started in a trial" if found.by_trial else "what the map met"
+        return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
     def may_stay(self) -> str:
         """At which speeds a collar may stay on the wall; "" of one that cannot."""

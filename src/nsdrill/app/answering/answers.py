@@ -101,7 +101,11 @@ def _with_rates(speed: Answer) -> Answer:
 
     found = {**speed, "passing_rate": told(speed["passing_rate"])} if "passing_rate" in speed else dict(speed)
     if off := found.get("off_bottom"):
-        found["off_bottom"] = {**off, **{name: told(off[name]) for name in ("passing_rate", "sure_rate")}}
+        found["off_bottom"] = {
+            **off,
+            **{name: told(off[name]) for name in ("passing_rate", "sure_rate")},
+            "swing": {"value": off["swing"], "units": "s"},
+        }
     return found
 
 

@@ -8,9 +8,11 @@ from dataclasses import field, replace
 import numpy as np
 
 from nsdrill.analysis.graded import SLACK, Graded, graded
+from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
-from nsdrill.analysis.trials import OTHER_BIT, Change, deepest, narrowed
+from nsdrill.analysis.sticking import sticks_past
+from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.check import damping_of_torsion, lasting_motions
@@ -123,6 +125,32 @@ class Changed:
             found.append(one if failed == of else shown(one, maps, 0, row if maps.y == "wob" else 0))
         return found
 
+    def held_in_weight(self, change: Change) -> Change:
+        """The ``change`` with the weights to which a driller holds it, and of the speeds those alone that its way up
+        at each of these weights is free over as well: a trial in a corner shows no more than that one spot. A weight
+        that leaves no room, or is not known, is none of them, and :attr:`Change.why` says so."""
+        wob = self.point(change)[1]["wob"]
+        lightest, heaviest = self.within.get("wob", (0.0, np.inf))
+        light = max(wob - HOLDS_WEIGHT, lightest) if wob > HOLDS_WEIGHT else wob
+        ends = sorted({min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)} - {wob})
+        held, why = {wob}, [change.why] if change.why else []
+        unit = "klbf" if self.motions.resolved(self.values).get("units") == "field" else "kN"
+        for end, one in zip(ends, self.at_weights(change, ends), strict=True):
+            less = _within_free(change, one)
+            if less is not None and less.has_room:
+                change = less
+                held.add(end)
+            else:
+                known = "has no room" if one.room is not None else "is not known"
+                why.append(f"at {format_quantity(end, unit, 3)} its way up {known}")
+        return replace(change, weights=(min(held), max(held)), why="; ".join(why))
+
+    def at_weights(self, change: Change, wobs: Sequence[float]) -> list[Change]:
+        """The way up of a ``change`` at each of these weights [N]."""
+        if not wobs:
+            return []
+        return self._run_at(AS_IT_IS if change.name == "weight" else replace(change, others=()), wobs)
+
     def with_usual_damping(self, change: Change) -> Change:
         """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
         that leaves room; as it was where the damping of the study is usual, or lower."""
@@ -207,6 +235,18 @@ class Changed:
         return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
 
 
+def _within_free(change: Change, other: Change) -> Change | None:
+    """The ``change`` with what an ``other`` is free over as well, at its setting where that has room there, else where
+    most is; None where it is free over nothing of that."""
+    if change.widest is None:
+        return None
+    low, high = change.widest
+    both = [(max(low, first), min(high, last)) for first, last in other.free if first <= high and last >= low]
+    less = [narrowed(change, *ends) for ends in both]
+    here = [one for one in less if one.holds_setting and one.has_room]
+    return here[0] if here else max(map(deepest, less), key=lambda one: one.room or 0.0, default=None)
+
+
 def shown(change: Change, maps: Graded, number: int, row: int) -> Change:
     """The ``change`` with where a row of ``maps``, brought up along the speed, is free from below, and with what room.
     Where steps may jump across a motion, what is free ends there."""
@@ -229,7 +269,19 @@ def shown(change: Change, maps: Graded, number: int, row: int) -> Change:
         why=change.why or (f"{unknown} of {count(len(x), 'point')} are not known" if unknown else ""),
         speed=None if widest is None else float(x[deepest]),
         jump=jumps[0] if jumps else None,
+        sticks_past=widest is not None and _sticks_past(maps, number, row, float(x[widest[0]])),
     )
+
+
+def _sticks_past(maps: Graded, number: int, row: int, begins: float) -> bool:
+    """Whether stick-slip takes the way up of a row past the wall's speeds to where it is free, which ``begins`` above
+    them."""
+    wall = next((one for one in lasting(maps.results) if one["name"] == "wall_speed" and one.get("range")), None)
+    if wall is None or "up" not in maps.ways or begins <= wall["range"]["to"]:
+        return False
+    values = maps.values(maps.x)
+    inside = (values >= wall["range"]["from"]) & (values <= wall["range"]["to"])
+    return bool(sticks_past(maps.bits_on("up")[number, row], inside))
 
 
 def _rounded(value: float, unit: str) -> str:

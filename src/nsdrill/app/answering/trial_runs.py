@@ -2,7 +2,7 @@
 
 A trial is a ramp of the speed and of the weight, held at its end for ``SETTLE`` and
 observed for ``OBSERVE`` seconds. How it ended, the thresholds of the study say, by the
-features of the observation. Ways in start at the lowest speed of the sweep; what disturbs
+features of the observation. Ways in start at the lowest speed of the sweep, and some lower; what disturbs
 a setting starts where a way in ended free, so that it is disturbed as it is drilled. Where
 the model does not tell to which speed stick-slip lasts, the corners of what to stay within
 are also started with the bit at rest.
@@ -22,8 +22,8 @@ from typing import TypeVar
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.advice import names_of
-from nsdrill.analysis.confirmed import best_stretch
+from nsdrill.analysis.advice import FASTEST, WayIn, names_of
+from nsdrill.analysis.confirmed import best_stretch, ordered
 from nsdrill.analysis.trials import (
     HELD,
     HELD_IN_CORNER,
@@ -64,7 +64,6 @@ from nsdrill.variables import OK
 RPM = pi / 30  # rad/s
 WEIGHT_RATES = (0.2 * RPM, 1.0 * RPM, 10.0 * RPM)  # rad/s^2
 SPEED_RATES = (0.2 * RPM, 1.0 * RPM, 3.0 * RPM, 5.0 * RPM, 10.0 * RPM)
-FIRST_RATES = {SPEED_FIRST: SPEED_RATES, WEIGHT_FIRST: WEIGHT_RATES}  # before further ones between
 SETTLE, OBSERVE = 60.0, 60.0  # s
 FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
@@ -73,12 +72,13 @@ SET_DOWN = (5.0, 20.0)  # s in which the weight is set
 # turn, and what is recommended is tried in the others as well, as the phase decides in which the bit meets the rock
 MANNERS = ((5.0, 20.0), (20.0, 20.0))
 OTHERS = ((20.0, 0.0), (5.0, 61.1), (5.0, 0.0), (20.0, 120.0), (20.0, 41.7), (5.0, 93.3))
+# of the lowest speed, where those of OTHERS begin that raise the speed past the wall's: where a rise begins decides in
+# which phase of its swing the bit comes there, and to the end
+BEGUN = (0.5, 0.75, 0.25, 0.6, 0.4, 0.9)
 WAITS = (0.0, 120.0)  # s, the shortest and the longest of these waits
 BETWEEN = 2  # of these others, at rates between the slowest and the fastest that are recommended
 TAG = 20.0  # s in which it is set again, carefully
 MORE = 8  # ways in between those that ended free, as a few may do so by chance
-# ways in of one order in other manners, where it is free at all rates
-REPEATED = BETWEEN * (len(SPEED_RATES) + MORE) + 2 * (len(OTHERS) - BETWEEN)
 EXCURSION = 0.1  # of the speed
 EXCURSION_RATE = 10.0 * RPM  # rad/s^2, that of a knob which is turned
 LOWERING_RATE = RPM  # rad/s^2
@@ -190,6 +190,7 @@ class Plan:
     """The speed of an excursion [rad/s]."""
     set_in: float | None = None
     held: float | None = None
+    begun: float | None = None
 
     @property
     def seconds(self) -> float:
@@ -224,6 +225,8 @@ class Bench:
     """The speed [rad/s] and the weight [N] of the corners of what to stay within."""
     modelled: bool = False
     """Whether the model tells to which speed stick-slip lasts."""
+    advised: WayIn | None = None
+    """The way in that is ordered without trials, whose rates are tried."""
 
     @cached_property
     def study(self) -> Study:
@@ -261,17 +264,34 @@ class Bench:
 
     # What is run
 
+    @cached_property
+    def first_rates(self) -> dict[str, tuple[float, ...]]:
+        """The rates of each order that are tried before others between them: with the speed first those that are
+        ordered as well."""
+        way = self.advised
+        asked = (way.rate, way.swing_rate) if way is not None and way.crosses else ()
+        known = {rate for rate in asked if rate and rate <= FASTEST}
+        return {SPEED_FIRST: tuple(sorted(known.union(SPEED_RATES))), WEIGHT_FIRST: WEIGHT_RATES}
+
+    @property
+    def _repeated(self) -> int:
+        """How many ways in of one order there are in other manners, where it is free at all rates."""
+        return BETWEEN * (len(self.first_rates[SPEED_FIRST]) + MORE) + 2 * (len(OTHERS) - BETWEEN)
+
     def ways_in(self) -> list[Plan]:
         """The weight first, then the speed; and the speed first, with no weight."""
-        return [plan for name in (WEIGHT_FIRST, SPEED_FIRST) for plan in self._at_rates(name, FIRST_RATES[name])]
+        return [plan for name in (WEIGHT_FIRST, SPEED_FIRST) for plan in self._at_rates(name, self.first_rates[name])]
 
     def _at_rates(self, name: str, rates: Sequence[float]) -> list[Plan]:
         """Ways in of an order, with the weight set quickly and slowly in turn."""
         return [self._way_in(name, rate, MANNERS[number % len(MANNERS)]) for number, rate in enumerate(rates)]
 
     def _way_in(self, name: str, rate: float, manner: tuple[float, float]) -> Plan:
-        """That of one order at one rate, in a manner of :data:`MANNERS`: it begins off bottom at the lowest speed."""
+        """That of one order at one rate, in a manner of :data:`MANNERS`: it begins off bottom at the lowest speed, or
+        where :data:`BEGUN` says."""
         first, speed, lifted, (set_in, held) = self.first, self.point.rotary_speed, self.off_bottom, manner
+        if name == SPEED_FIRST and manner in OTHERS and self.advised is not None and self.advised.crosses:
+            first *= BEGUN[OTHERS.index(manner)]
         lowered, up = self._lowered(set_in), (speed - first) / rate
         is_first = name == WEIGHT_FIRST
         set_at = PAUSE if is_first else FIRST + up + held
@@ -280,7 +300,7 @@ class Bench:
             "rotary_speed": ((0.0, first), (raised_at, first), (raised_at + up, speed)),
             "wob": ((0.0, lifted), (set_at, lifted), (set_at + lowered, self.point.wob)),
         }
-        return Plan(name, Way.IN, knots, rate, set_in=set_in, held=held)
+        return Plan(name, Way.IN, knots, rate, set_in=set_in, held=held, begun=first)
 
     def further(self, ended: Sequence[Trial]) -> list[Plan]:
         """The ways in that are to be run after those that ``ended``, until what is recommended is sure."""
@@ -290,10 +310,11 @@ class Bench:
         """Further ways in, of the order that is best by those that ``ended``, between its rates that are free; none
         where it has them already, so that it was chosen after them, or where there is no such range."""
         trials = Trials(tuple(ended))
-        tried = {name: len(trials.rates(name)) for name in FIRST_RATES}
-        judged = {name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in FIRST_RATES.items()}
+        first = self.first_rates
+        tried = {name: len(trials.rates(name)) for name in first}
+        judged = {name: free_stretches if tried[name] > len(rates) else hopeful for name, rates in first.items()}
         best = best_stretch(trials, judged)
-        if best is None or tried[best[0]] > len(FIRST_RATES[best[0]]):
+        if best is None or tried[best[0]] > len(first[best[0]]):
             return []
         name, slowest, fastest = best
         assert slowest.rate is not None
@@ -305,14 +326,15 @@ class Bench:
         free, all at the slowest and the fastest; none where all of them have been run. A rate at which one of them
         vibrates is recommended no more, so that others come to be the slowest or the fastest."""
         trials = Trials(tuple(ended))
-        best = best_stretch(trials, dict.fromkeys(FIRST_RATES, free_stretches))
+        best = best_stretch(trials, dict.fromkeys(self.first_rates, free_stretches))
         if best is None:
             return []
         name, slowest, fastest = best
-        spans = [(name, self._between(trials.rates(name), slowest, fastest))]
-        if name == SPEED_FIRST and slowest.rate is not None:
+        least, most = ordered(self.advised, name, slowest, fastest)
+        spans = [(name, [one.rate for one in trials.rates(name) if one.rate and least <= one.rate <= most])]
+        if name == SPEED_FIRST:
             ways = trials.rates(WEIGHT_FIRST)  # all of them are what the sentence orders where all are free
-            slower = ways if free_from(ways) == 0 else trials.slower_ways(slowest.rate)  # else a slower drive
+            slower = ways if free_from(ways) == 0 else trials.slower_ways(least)  # else a slower drive
             spans.append((WEIGHT_FIRST, [one.rate or 0.0 for one in slower]))
         done = {
             (name, rate): sum(one.rate == rate for one in trials.ways_in(name)) - 1
@@ -323,11 +345,6 @@ class Bench:
         ends = {(name, end) for name, rates in spans for end in rates[:1] + rates[-1:]}
         wanted = few or [(*key, OTHERS[done[key] :]) for key in done if key in ends]
         return [self._way_in(name, rate, manner) for name, rate, manners in wanted for manner in manners]
-
-    @staticmethod
-    def _between(ways: Sequence[Trial], slowest: Trial, fastest: Trial) -> list[float]:
-        """The rates of ``ways``, the slower first, from the ``slowest`` to the ``fastest``."""
-        return [one.rate or 0.0 for one in ways[ways.index(slowest) : ways.index(fastest) + 1]]
 
     def disturbances(self, state: Array) -> list[Plan]:
         """What disturbs the point, from a ``state`` in which it is free."""
@@ -505,11 +522,11 @@ class Bench:
             told.began, told.compiled = time.monotonic(), compiling.seconds
             ended[quick] = result_of(threads.submit(self.run, plans[quick], stop))
         later = self.disturbances(self.motions.start(self.study))
-        more = (MORE + REPEATED) * sum(plan.seconds for plan in plans) / len(plans)
+        more = (MORE + self._repeated) * sum(plan.seconds for plan in plans) / len(plans)
         left = (sum(plan.seconds for plan in (*plans, *later)) + more) / min(workers, len(plans))
         knocks = sum(plan.way == Way.KNOCK for plan in later)
         slow = knocks * len(self.stairs()) * (SETTLE + OBSERVE) / min(workers, max(knocks, 1))
-        told.timed(len(plans) + MORE + REPEATED + len(later) + knocks, plans[order[-1]].seconds, left + slow)
+        told.timed(len(plans) + MORE + self._repeated + len(later) + knocks, plans[order[-1]].seconds, left + slow)
 
     def _batch(
         self, plans: Sequence[Plan], ended: Ended, threads: ThreadPoolExecutor, told: Told, stop: threading.Event
@@ -561,9 +578,8 @@ class Bench:
     @staticmethod
     def _not_run(plan: Plan) -> Trial:
         """The trial of a ``plan``, as long as nothing is known of it."""
-        return Trial(
-            plan.name, plan.way, Outcome.UNKNOWN, rate=plan.rate, there=plan.there, set_in=plan.set_in, held=plan.held
-        )
+        more = {name: getattr(plan, name) for name in ("rate", "there", "set_in", "held", "begun")}
+        return Trial(plan.name, plan.way, Outcome.UNKNOWN, **more)
 
     def _run(self, trial: Trial, plan: Plan) -> tuple[Trial, Array | None]:
         study = self.study if plan.at is None else replace(self.study, operation=plan.at)

@@ -18,7 +18,7 @@ from nsdrill.analysis.advice import Advice, Kind, without
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.graded import SLACK, Graded, graded
-from nsdrill.analysis.trials import HOLDS_SPEED, HOLDS_WEIGHT, Change, Robust, Trials, Way, deepest, narrowed
+from nsdrill.analysis.trials import HOLDS_SPEED, Change, Robust, Trials, Way, deepest, narrowed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
 from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
@@ -100,7 +100,8 @@ def tried(
                 place = _values(summary, results, motions, advice)
                 ends = advice.stay_within.get("rotary_speed")
                 low, speeds = ends.low if ends else None, results.coords["rotary_speed"]
-                bench = Bench(motions, place, speeds, low, severity, _corners(advice, place), advice.modelled)
+                corners, modelled, way = _corners(advice, place), advice.modelled, advice.way_in
+                bench = Bench(motions, place, speeds, low, severity, corners, modelled, way)
                 found = bench.all(replace(found, depth=place["depth"] if advice.depths else None), workers, told)
                 advice, found = _within_corners(advice, found, bench, results, summary["confidence"], workers, told)
                 is_open = False
@@ -109,6 +110,7 @@ def tried(
             if changed is not None and not found.interrupted:
                 as_mapped = _as_it_is(results, severity, changed) if mapped else None
                 told.begin()
+                found = replace(found, begins=float(np.min(results.coords["rotary_speed"])))
                 for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
@@ -195,15 +197,12 @@ def _further(found: Trials, promising: Sequence[Change]) -> list[Change]:
 
 
 def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int, told: Told) -> Change | None:
-    """The ``change`` with its trials, at the weights to which a driller holds it as well, and what it allows cut until
-    no corner of that vibrates; with a usual damping of torsion, where that leaves room. Where its setting has no room
-    in what is left, or trials take it away, the setting moves to the :func:`deepest` speed of that, and is tried there.
+    """The ``change`` with its trials, at the weights to which a driller holds it as well, and what it allows there, by
+    its ways up, cut until no corner of that vibrates; with a usual damping of torsion, where that leaves room. Where
+    its setting has no room in what is left, or trials take it away, the setting moves to the :func:`deepest` speed of
+    that, and is tried there.
     None where trials were interrupted."""
-    change = changed.with_usual_damping(change)
-    wob = changed.point(change)[1]["wob"]
-    lightest, heaviest = changed.within.get("wob", (0.0, np.inf))
-    light = max(wob - HOLDS_WEIGHT, lightest) if wob > HOLDS_WEIGHT else wob
-    change = replace(change, weights=(min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)))
+    change = changed.held_in_weight(changed.with_usual_damping(change))
     for left in reversed(range(MOST_SETTINGS)):
         tried = _tried_at(change, changed, speeds, workers, told)
         if tried is None or (tried.has_room and tried.is_sound):

@@ -26,7 +26,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
 )
 from nsdrill.models.christoforou_yigit.further_quantities import lies_on_low_side
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.passing import SURE, least_sure_rate
+from nsdrill.models.christoforou_yigit.passing import SURE, least_sure_rate, swing_below
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.drilling import begins_above_onset, begun_above
 from nsdrill.models.numbers import FormatValue
@@ -157,7 +157,9 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                     the speeds ``from`` and ``to``, and the ``passing_rate``, None where
                     there is none; and the ``sure_rate``, from which on every one passes though
                     the bit lags behind the drive (:mod:`.passing`), None where none is
-                    known. None of a collar that does not reach the wall there
+                    known; and the ``swing`` [s], by how much the bit swings below the speed at
+                    which a rise ends, for each of its rate. None of a collar that does not
+                    reach the wall there
     ==============  =================================================================
 
     The onset of stick-slip has the ``weights`` at which it is passed over as well: see
@@ -266,7 +268,8 @@ def _passed_off_bottom(points: list[Corner]) -> dict[str, float | None] | None:
     if found is None:
         return None
     begin = _lifted(points)
-    return {**found, "passing_rate": _passing_rate(begin), "sure_rate": _sure_rate(begin)}
+    swing = max(swing_below(one.parameters, one.operation) for one in _strings(begin))
+    return {**found, "passing_rate": _passing_rate(begin), "sure_rate": _sure_rate(begin), "swing": swing}
 
 
 def _lifted(points: list[Corner]) -> list[Corner]:
@@ -275,16 +278,24 @@ def _lifted(points: list[Corner]) -> list[Corner]:
     return [one for one in lifted if _begins("wall_speed", one)]
 
 
+def _strings(points: list[Corner]) -> list[Corner]:
+    """One corner for each string: off bottom the other axes change nothing."""
+    found: list[tuple[tuple[Parameters, float], Corner]] = []
+    for one in points:
+        string = one.parameters, float(one.operation.depth)
+        if string not in [each for each, _ in found]:
+            found.append((string, one))
+    return [one for _, one in found]
+
+
 def _sure_rate(points: list[Corner]) -> float | None:
     """The rate [rad/s^2] from which on the speed passes at every corner, at all faster ones too; None
     where none is known."""
     sure = 0.0
-    strings: list[tuple[Parameters, float]] = []
-    for one in points:
-        string, wall = (one.parameters, float(one.operation.depth)), wall_speeds(*one.point)
-        if wall is None or string in strings:  # off bottom, the other axes change nothing
+    for one in _strings(points):
+        wall = wall_speeds(*one.point)
+        if wall is None:
             continue
-        strings.append(string)
         estimate = passing_rate(*one.point)
         rate = None if estimate is None else least_sure_rate(*one.point, wall, max(estimate, sure / SURE))
         if rate is None:

@@ -10,6 +10,9 @@ d = -sin(w t)/w, so that the bit hardly speeds up once in each period 2 pi/w. Wh
 speed at which the imbalance drives the collar to the wall, it keeps it for longer than at a
 constant rate, so that a faster rate may fail where a slower one passes.
 
+Where the rise ends after a time T, the bit goes on at a (d(t) - d(t - T)) from the end speed: it lags behind
+the drive, overtakes it, and swings below the end speed by up to 2 a/w, which :func:`swing_below` has per rate.
+
 The collar z = x + iy moves off the wall as :mod:`.equations` has it, at this speed of the bit. Stabilisers
 rub with their greatest coefficient. What the collar does to the speed is left out.
 """
@@ -40,6 +43,7 @@ SWING_STEPS = 48  # in a period of torsion, of the response of the string
 REACH = 5.0  # times sqrt(a): how far below and above the speeds at the wall the integration goes
 FURTHEST = 0.4  # of the least of these speeds, below which it does not go further down
 TINY, SLOW_SLIP = 1e-12, 0.01  # m, m/s: of the contact of a stabiliser
+SWUNG = 10.0  # periods of torsion, after which a swing is known
 GROUPS = 4  # of rates of similar duration that are integrated together
 
 
@@ -97,6 +101,14 @@ def greatest_radii(
             times = begin[those], end[those]
             far[those] = _integrated(parameters, k, (rate[those], start[those]), times, response)
     return far.reshape(len(rates), -1).max(axis=1)
+
+
+def swing_below(parameters: Parameters, operation: Operation) -> float:
+    """How far [rad/s] the bit swings below the speed at which a rise of the set speed ends, from there on, for each
+    rad/s^2 of its rate: the most, whenever it ends."""
+    drilling = drilling_at(parameters, operation)
+    late = _response(drilling, SWUNG * drilling.period).late
+    return float(np.max(np.maximum.accumulate(late) - late))
 
 
 def _response(drilling: Drilling, longest: float) -> _Response:
