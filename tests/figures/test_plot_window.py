@@ -346,7 +346,7 @@ def test_two_windows_say_once_what_holds_for_both_and_what_the_first_allows(both
     assert "allowed in a" in legend_words(figure)
     assert "allowed in a" not in legend_words(draw_two(other, both, ["two.h5", "one.h5"])), "nothing is"
     ((told,), (told_of_one,)) = (artists(one, "warnings") for one in (figure, draw_two(both, both, ["x.h5", "x.h5"])))
-    assert told.get_text() == "a and b: NOT SETTLED; THE MAP ENDS\na: TO WHICH SPEED STICK-SLIP LASTS"
+    assert told.get_text() == "a and b: THE MAP ENDS\na: TO WHICH SPEED STICK-SLIP LASTS"
     assert all(line.startswith(("a and b: ", " ")) for line in told_of_one.get_text().splitlines())
     sent = draw_two(both, other, ["one.h5", "two.h5"], text=True)
     assert "b: two.h5\nNothing is safe" in maps(sent)[1].get_title(loc="left")

@@ -721,20 +721,28 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 
 
 def _corners(study: Study) -> list[Values]:
-    """The values at all combinations of the ends of axes and ramps, with the extreme
-    samples."""
+    """The values at all combinations of the ends of axes and ramps, with the sample in the
+    middle and the extreme ones."""
     ends = [study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis))) for axis in study.axes]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
     if not study.drawn:
         return [values_at(study.parameters, study.initial, corner) for corner in corners]
     corner_values = []
-    # The samples in which one uncertain number is least or greatest; the others have
-    # their values in that sample. No sample need have the values of their own sections.
-    samples = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
-    for number in sorted(samples):
+    # First the sample in the middle of all, then those in which one uncertain number is least or
+    # greatest; the others have their values in that sample. No sample need have the values of their
+    # own sections.
+    extremes = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
+    middle = _middle_sample(study)
+    for number in (middle, *sorted(extremes - {middle})):
         here = {key: float(values[number]) for key, values in study.drawn.items()}
         corner_values += [values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners]
     return corner_values
+
+
+def _middle_sample(study: Study) -> int:
+    """The sample whose uncertain numbers are all the least far from the middle of their samples."""
+    ranks = np.array([np.argsort(np.argsort(values)) for values in study.drawn.values()])
+    return int(np.argmin(np.abs(ranks - (ranks.shape[1] - 1) / 2).max(axis=0)))
 
 
 def _few_rounds(study: Study) -> str | None:
