@@ -481,6 +481,22 @@ def unlike(there: Attributes, *more: str) -> list[str]:
     return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
 
 
+def made_otherwise(there: Attributes) -> str:
+    """In words how unfinished work with the root attributes ``there`` was made otherwise than this
+    process would make it, and with what to finish it; empty where it was not."""
+    if not (differing := unlike(there)):
+        return ""
+    told = "; ".join(differing)
+    of_scripts = (_DECISIVE["model_digest"], _DECISIVE[USED_SCRIPTS])
+    is_scripted = scripted(str(there.get("model") or MODEL)) is not None or there.get(USED_SCRIPTS) is not None
+    if is_scripted and all(one.startswith(of_scripts) for one in differing):
+        return (
+            f"CHANGED SINCE THE RUNS: the script of its model, drive or law, or what that uses, is another one now "
+            f"({told}). Finish it with that as it was"
+        )
+    return f"made with other versions, whose numbers may differ ({told}). Finish it with those"
+
+
 def has_other_code(there: Attributes) -> bool:
     """Whether the model that made a file with these root attributes had other code than that
     of this process."""

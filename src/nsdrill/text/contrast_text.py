@@ -64,7 +64,7 @@ def sentence(found: Answer, units: str) -> str:
             f"with b, {number['a']} with a: {found['gained']} gained, {found['lost']} lost"
             f"{_unknown(found)}"
         )
-        parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
+        parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt), _ends(found, fmt)]
     else:
         makes = "is known to make" if found["unknown"] else "makes"
         text = f"Neither {b} nor {a} {makes} any of {points} common points {safe}{_unknown(found)}"
@@ -143,6 +143,16 @@ def _cost(found: Answer, fmt: Formatter) -> str:
         if found["rate"] and None not in found["rate"][key].values()
     ]
     return f"rate of penetration {', '.join(parts)}" if parts else ""
+
+
+def _ends(found: Answer, fmt: Formatter) -> str:
+    """That the two maps have other ends, where that may be all that differs between them."""
+    of_a, of_b = (window["ranges"] for window in found["windows"])
+    differing = [axis for axis in of_a if axis in of_b and of_a[axis] != of_b[axis]]
+    if not differing or not found["rate"]:
+        return ""
+    told = ", ".join(f"{fmt.range(axis, of_a[axis])} in a and {fmt.range(axis, of_b[axis])} in b" for axis in differing)
+    return f"the maps have other ends ({told}), which alone may move the best and the fastest point"
 
 
 def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:

@@ -18,7 +18,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.doubts import notes_of_run, used_by_notes
 from nsdrill.app.check import check_large, check_memory, disk, inexact_exponent, memory
 from nsdrill.app.conversion import is_whole
-from nsdrill.app.experiment import Experiment, coarse_points, prepare, provenance, unlike
+from nsdrill.app.experiment import Experiment, coarse_points, made_otherwise, prepare, provenance
 from nsdrill.app.running.grouping import write_attractors
 from nsdrill.app.running.place import PROCESSOR, Place, place_of
 from nsdrill.app.running.price import price
@@ -397,11 +397,8 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it with the study it "
             f"was made from, or start anew by {option('overwrite')}."
         )
-    if differing := unlike(attrs):
-        raise FileError(
-            f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
-            f"those, or start anew by {option('overwrite')}."
-        )
+    if otherwise := made_otherwise(attrs):
+        raise FileError(f"{where}: {otherwise}, or start anew by {option('overwrite')}.")
     for unknown in study.unknowns:
         if not np.array_equal(log.header["coords"].get(unknown.name, ()), study.drawn[unknown.short]):
             raise FileError(

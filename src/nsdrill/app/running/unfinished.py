@@ -183,11 +183,8 @@ class Part:
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
                 f"anew by {option('overwrite')}."
             )
-        if differing := experiment.unlike(head):
-            raise FileError(
-                f"{self.path}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it "
-                f"with those, or start anew by {option('overwrite')}."
-            )
+        if otherwise := experiment.made_otherwise(head):
+            raise FileError(f"{self.path}: {otherwise}, or start anew by {option('overwrite')}.")
         return head["told"], arrays
 
     def damaged(self, error: Exception) -> FileError:
