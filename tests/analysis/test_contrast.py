@@ -235,6 +235,16 @@ def test_other_axes_are_refused():
         contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [A[0]]}, SPEEDS))
 
 
+def test_maps_with_other_ends_say_so_beside_their_rates():
+    """The fastest point of the shorter sweep is its end."""
+    maps = [grid({"up": [lines]}, SPEEDS[:size], WEIGHTS) for lines, size in ((A, 6), ([line[:4] for line in A], 4))]
+    for data in maps:
+        data.variables["rate_of_penetration"] = np.ones(data["status"].shape)
+    ends = "1 to 6 rad/s (9.55 to 57.3 rpm) in a and 1 to 4 rad/s (9.55 to 38.2 rpm) in b"
+    assert f"the maps have other ends ({ends})" in sentence(app_contrast(*maps), "si")
+    assert "other ends" not in sentence(app_contrast(maps[0], maps[0]), "si")
+
+
 def test_it_is_plain_data(found):
     json.dumps(plain_contrast(found, "si"), allow_nan=False)
 

@@ -139,9 +139,8 @@ def test_a_script_with_another_meaning_does_not_go_on_with_the_run(folder, capfd
         forget()
         (folder / "own.py").write_text(text.replace(old, new))
         said = " ".join(call(code=2).err.split())
-        assert (
-            "CHANGED SINCE THE RUNS: the script of its model, drive or law" in said or "made from another study" in said
-        ), (what, said)
+        changed = "CHANGED SINCE THE RUNS: the script of its model, drive or law"
+        assert changed in said or "made from another study" in said, (what, said)
         assert part_path(folder / "out.h5").read_bytes() == kept, what
     forget()
     (folder / "own.py").write_text(text)
