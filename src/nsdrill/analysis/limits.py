@@ -132,18 +132,25 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     return found
 
 
-def limit_of_starts(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above the last stretch of a row [third, y] that is free from a quick start only; None where it
-    goes on to the end of the axis."""
-    quick, values = started_only(maps)[number, row], maps.values(maps.x)
-    last = int(np.flatnonzero(quick)[-1])
-    beyond = last + 1 + np.flatnonzero(~maps.allowed[number, row, last + 1 :])
-    if not beyond.size:
-        return None
-    first = int(beyond[0])
-    bits = int(maps.bits_on("same")[number, row, first]) or int(maps.bits_on(maps.way_in)[number, row, first])
-    step = Step(float(values[first - 1]), float(values[first]))
-    return Limit(step, Grade(int(maps.grade[number, row, first])), names_of(bits, responses_in(maps.results.attrs)))
+def limits_of_starts(maps: Graded, number: int, row: int) -> list[Limit]:
+    """The limit above each stretch of a row [third, y] whose last point is free from a quick start only, in order;
+    none above one that goes on to the end of the axis."""
+    quick, allowed, values = started_only(maps)[number, row], maps.allowed[number, row], maps.values(maps.x)
+    found: list[Limit] = []
+    for first in (np.flatnonzero(quick[:-1] & ~allowed[1:]) + 1).tolist():
+        bits = next(filter(None, (int(maps.bits_on(way)[number, row, first]) for way in ("same", maps.way_in))), 0)
+        step = Step(float(values[first - 1]), float(values[first]))
+        names = names_of(bits, responses_in(maps.results.attrs))
+        found.append(Limit(step, Grade(int(maps.grade[number, row, first])), names))
+    return found
+
+
+def open_to_starts(maps: Graded, number: int, row: int) -> float | None:
+    """From which value on a row [third, y] is allowed to the end of the axis, from a quick start only at first; None
+    where it is not."""
+    quick, allowed = started_only(maps)[number, row], maps.allowed[number, row]
+    begin = int(np.flatnonzero(~allowed).max(initial=-1)) + 1
+    return float(maps.values(maps.x)[begin]) if begin < len(quick) and quick[begin] else None
 
 
 @dataclass(frozen=True)
