@@ -10,6 +10,7 @@ from nsdrill.analysis.advice import names_of, sticks_to
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
+from nsdrill.analysis.sticking import joined
 from nsdrill.analysis.untried import jumps_of, past
 from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
@@ -57,7 +58,9 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     # without samples or starts, of which some differ
     others = _others(maps, number, row) if maps.confidence is None and maps.share is None else 0
     sticks = _sticks(bits, maps.grade[number, row], others)
-    sticking = np.flatnonzero(_joined(sticks, bits, maps.grade[number, row])[:below] if is_ending else sticks)
+    sticking = np.flatnonzero(
+        joined(sticks, bits, maps.grade[number, row] == Grade.UNKNOWN)[:below] if is_ending else sticks
+    )
     if not sticking.size:
         return None
     known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
@@ -75,7 +78,9 @@ def _by_model(maps: Graded, number: int, row: int) -> Step | None:
     values, ways = maps.values(maps.x), maps.bits[:, number, row]
     is_lasting = (ways & STICK_SLIP > 0) & (ways & WHIRL == 0)  # of a collar on the wall it is the friction there
     bits = maps.bits_on(maps.way_in)[number, row]
-    is_lasting = is_lasting.any(axis=(0, -1)) | _joined(bits & STICK_SLIP > 0, bits, maps.grade[number, row])
+    is_lasting = is_lasting.any(axis=(0, -1)) | joined(
+        bits & STICK_SLIP > 0, bits, maps.grade[number, row] == Grade.UNKNOWN
+    )
     to = max((sticks_to(maps, (number, row, column)) or 0.0) for column in range(len(values)))
     found = np.flatnonzero(is_lasting | (values <= to))
     if not found.size:
@@ -90,20 +95,6 @@ def _sticks(bits: Array, grades: Array, others: Array | int = 0) -> Array:
     a start there shows."""
     lasts = (grades == Grade.STICKS_ON) | (np.asarray(others) & STICK_SLIP > 0)
     return np.asarray((bits & STICK_SLIP > 0) | (lasts & (bits == 0)))
-
-
-def _joined(sticking: Array, bits: Array, grades: Array) -> Array:
-    """Those of the ``sticking`` points of a row along the speed, that on which the way in has these ``bits``, that tell
-    how far stick-slip lasts: where a collar that whirls makes the bit stick and slip above a speed at which it does
-    not, that is the friction at the wall, and a limit of its own. What is not known joins what lies on both sides."""
-    found, is_joined = np.zeros_like(sticking), True
-    for place in range(len(sticking)):
-        if sticking[place]:
-            is_joined = is_joined or not bits[place] & WHIRL
-            found[place] = is_joined
-        elif grades[place] != Grade.UNKNOWN:
-            is_joined = False
-    return found
 
 
 def _others(maps: Graded, number: int, row: int) -> Array:
@@ -125,7 +116,7 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     grades = maps.grade[number, row]
-    sticking = np.flatnonzero(_joined(_sticks(bits, grades), bits, grades) & (maps.x == SPEED))
+    sticking = np.flatnonzero(joined(_sticks(bits, grades), bits, grades == Grade.UNKNOWN) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps)[number, row]
     is_beyond = ~reached
@@ -188,7 +179,7 @@ def sticking_over_samples(maps: Graded, number: int, row: int) -> Scatter | None
         if np.any(maps.grades[number, row, :, world] == Grade.UNKNOWN):
             continue
         grades = maps.grades[number, row, :, world]
-        sticking = np.flatnonzero(_joined(_sticks(bits[:, world], grades), bits[:, world], grades))
+        sticking = np.flatnonzero(joined(_sticks(bits[:, world], grades), bits[:, world], grades == Grade.UNKNOWN))
         ends.append(values[min(int(sticking[-1]) + 1, len(values) - 1) if sticking.size else 0])
     return _scatter(np.asarray(ends))
 

@@ -224,8 +224,8 @@ class Orders(Words):
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
         elif self.may_not_slow():
-            how, ends = "slow down" if self.drills else "lower it", f"{self.lowered_to()}, below the limits"
-            yield f"Do not {how} to cure whirl: in the map it ended only at {ends}{self.may_stay()}."
+            how, at = "slow down" if self.drills else "lower it", self.lowered_to()
+            yield f"Do not {how} to cure whirl: in the map it ended only at {at}, below the limits{self.may_stay()}."
         if way is not None and way.first == First.SPEED and way.wall is not None and self._is_near(way.wall):
             if way.crosses and "rotary_speed" in advice.point:
                 yield (
