@@ -62,7 +62,16 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
+from nsdrill.words.answer import (
+    needed_for_words,
+    of_drag,
+    of_lumped,
+    of_smoothing,
+    of_unmodelled,
+    shown_first,
+    warnings,
+    would_help,
+)
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -718,7 +727,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 
 def _of_model(one: Sheet) -> list[str]:
     """What the model leaves out of the string, which the page always tells."""
-    return [*of_unmodelled(one.window, one.fmt), *of_drag(one.window), *of_lumped(one.window, one.units)]
+    of_string = [*of_drag(one.window), *of_lumped(one.window, one.units)]
+    return [*of_unmodelled(one.window, one.fmt), *of_smoothing(one.window, one.fmt), *of_string]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

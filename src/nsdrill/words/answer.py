@@ -20,7 +20,19 @@ from nsdrill.analysis.grades import lasts_above
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import DAMPING, ENDS_EARLY, FEW, LUMPED_STRING, PULSES, SHORT, UNCUT, UNREAD, Answer, edited_words
+from nsdrill.data import (
+    DAMPING,
+    DRY_FRICTION,
+    ENDS_EARLY,
+    FEW,
+    LUMPED_STRING,
+    PULSES,
+    SHORT,
+    UNCUT,
+    UNREAD,
+    Answer,
+    edited_words,
+)
 from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
@@ -254,6 +266,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     yield from [] if is_knocked else bounces
     damping = list(_of_damping(summary, point, fmt))
     yield from [*damping, *_of_frozen(summary)] if is_decided else []
+    yield from of_smoothing(summary, fmt)
     yield from _of_low_side(summary)
     yield from _of_gaps(summary, fmt) if is_across and not is_jumped else ()
     is_carried = bool(summary["stuck_through"] and summary["stuck_through"]["at_point"])
@@ -576,6 +589,22 @@ def _is_decided_by_damping(summary: Answer, point: Answer | None) -> bool:
     one = summary["answer"].stay_within.get("rotary_speed")
     speed = {**summary["fixed"], **point}.get("rotary_speed", math.inf)
     return bool(lasts["now"] < lasts["usual"] > (speed if one is None else min(speed, one.low)))
+
+
+def of_smoothing(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """That by dry friction stick-slip lasts to where one may stay, which smoothing hides."""
+    more, advice = summary[DRY_FRICTION], summary["answer"]
+    to = advice.sticks_to
+    if not advice.point or more is None or not to or not advice.modelled or math.isinf(to):
+        return
+    one, dry = advice.stay_within.get("rotary_speed"), more * to
+    speed = {**summary["fixed"], **advice.point}.get("rotary_speed", 0.0)
+    if to < (speed if one is None else min(speed, one.low)) <= dry:
+        ends = (fmt.value("rotary_speed", fmt.outwards("rotary_speed", 0.0, end)[1]) for end in (dry, to))
+        yield (
+            "SMOOTHED FRICTION: by dry friction stick-slip, once started, lasts to {}, not to {}: in runs and model "
+            "smoothing lowers the torque at which the bit breaks away. Stay above the former."
+        ).format(*ends)
 
 
 def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterator[str]:
