@@ -294,7 +294,8 @@ def other_variables() -> str:
 
 # Studies that together have every quantity of ``check``.
 CHECKED = {
-    "": {"model": MODEL},
+    # of friction that is as good as dry: how much further stick-slip lasts by that is of each study
+    "": {"model": MODEL, "bit": {"friction": {"smoothing": "1e5 s/rad"}}},
     "a drive": {"drive": {"kind": "soft_torque", "torque_limit": "20 kN*m"}},
     "`dc_motor`": {"drive": {"kind": "dc_motor"}},
     "`mud.swirl`": {"mud": {"swirl": 0.5}},

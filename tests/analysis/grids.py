@@ -18,6 +18,7 @@ RESPONSES = {
     "w": WHIRL,
     "t": STALLED,
     "B": BIT_BOUNCE | WHIRL,
+    "S": STICK_SLIP | WHIRL,
     "x": 0,
     "?": 0,
     "i": 0,

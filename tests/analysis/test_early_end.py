@@ -49,6 +49,11 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     assert "so a step of the sweep ended it" in alone
 
 
+def test_whirl_that_makes_the_bit_stick_again_does_not_hide_that():
+    only, _ = found("ss..SS", "sssssS", "ss...S")
+    assert only["last"]["value"] == SPEEDS[1]
+
+
 @pytest.mark.parametrize(
     ("lobes", "begins", "says", "never"),
     [

@@ -897,12 +897,15 @@ def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     lower = "If it whirls: lower to 70 rpm, though that is below the limits; "
     again = "Then pick up and come in again as above. "
     assert orders.do()[2] == f"{lower}the way down was free from there. {again}{goes_on}"
-    for above, may_stay in ((80, False), (60, True)):  # where the map did not show what the wall does
+    for above, may_stay in ((80, False), (60, True)):  # where another run need not end there
         wall = replace(hint, kind=Kind.FROM_BELOW, recover=replace(hint.recover, lasts_above=above * RPM))
         told = Orders(wall, *of_map)
-        may = f"a collar on the wall may stay there above {above} rpm. {again}"
-        ended = f"{lower}what the map met had ended there, but {may}"
-        assert ((ended + goes_on) in told.do()) == may_stay
+        may = f"only at 70 rpm, below the limits; a collar on the wall may stay there above {above} rpm."
+        assert ("If it vibrates: pick up, stop the rotation, start again." in told.do()) == may_stay
+        assert (f"Do not slow down to cure whirl: in the map it ended {may}" in told.do_not()) == may_stay
+        once = f"If it whirls: pick up, stop the rotation, start again; in the map it ended {may}"
+        assert (once in told.lines()) == may_stay
+        assert ("lower to 70 rpm" not in " ".join([*told.lines(), *told.do()])) == may_stay
         assert ("the way down was free" not in " ".join(told.lines())) == may_stay
         assert told.sentence().endswith("whirl, once started, may not stop.") == may_stay
     assert orders.do_not()[0].startswith("Once there, do not go below 85 rpm: at 80 rpm it")

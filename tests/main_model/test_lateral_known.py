@@ -19,6 +19,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     driven_by_mud_above,
     lateral_stiffness,
     staying_speed,
+    wall_speed,
 )
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
 from nsdrill.models.parts import values_at
@@ -335,6 +336,40 @@ def test_from_where_the_weight_lays_the_collar_on_the_wall(wob, least):
     room = with_values(study.parameters, {"stabilizer.clearance": 0.0254})
     found = wall_inclination(room, study.operation, k)
     assert math.sin(found) == pytest.approx(math.sin(math.radians(least)) * (1 - 0.0254 / GAP), rel=2e-3)
+
+
+SMOOTH_HOLE = """
+well: {{inclination: {inclination} deg, friction: {no_friction}}}
+initial: {{x: {orbit} m, y: {y} m, vy: {vy} m/s}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("inclination", "swirl", "clearance"),
+    [(0, 0.0, 0), (10, 0.0, 0), (20, 0.0, 0), (25, 0.0, 0), (15, 0.3, 0), (15, 0.5, 0), (5, 0.0, 5)],
+)
+def test_a_collar_that_sags_touches_the_low_side_where_its_orbit_about_the_sag_fills_the_gap(
+    inclination, swirl, clearance
+):
+    """Off the wall 1 % below the speed that is told, on it 1 % above; with stabilisers it is an estimate, to 3 %."""
+    more = f"stabilizer: {{clearance: {clearance} mm, friction: {NO_FRICTION}}}\n" if clearance else ""
+
+    def turning(speed: float, sag: float) -> Study:
+        mass = M_C + M_F * (1.0 - swirl) ** 2
+        orbit = min(M_C * 0.0127 * speed**2 / abs(HELD - mass * speed**2), 0.97 * (GAP - sag))  # without the drag
+        numbers = {"orbit": orbit, "y": -sag, "vy": orbit * speed, "no_friction": NO_FRICTION}
+        hole = SMOOTH_HOLE.format(inclination=inclination, **numbers)
+        return whirl(more + hole, swirl=swirl, speed=speed)
+
+    study = turning(3.0, 0.0)
+    limit = wall_speed(study.parameters, study.operation, derive(study.parameters, 5000.0, 22.24e3, 3.0))
+    sag = float(weights(study.parameters)[0]) / HELD + 1e-3 * clearance * (inclination > 0)
+    within = 0.03 if clearance else 0.01
+    touching = [
+        features(turning(speed, sag))["wall_contact_fraction"] > 0.0
+        for speed in ((1.0 - within) * limit, (1.0 + within) * limit)
+    ]
+    assert touching == [False, True]
 
 
 def test_the_collar_on_the_wall():

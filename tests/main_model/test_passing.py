@@ -54,6 +54,7 @@ def test_a_rate_at_which_the_bit_hardly_speeds_up_at_the_wall_is_none_from_which
         ("drillstring.eccentricity=2 mm", "operation.depth=3000 ft"),
         ("drillstring.eccentricity=2 mm", "mud.swirl=0.3"),
         ("drillstring.eccentricity=2 mm", "drive.kind=soft_torque"),
+        ("drillstring.eccentricity=1.5 mm", "well.inclination=2 deg"),
     ],
 )
 def test_faster_ones_pass_too(changes):

@@ -63,6 +63,12 @@ def test_a_range_below_which_one_stays_is_not_to_be_crossed():
     assert "rpm/s" not in said
 
 
+def test_a_range_above_the_map_is_a_number_of_the_page():
+    high = {**WALL, "off_bottom": {key: 3.0 * value for key, value in WALL["off_bottom"].items()}}
+    said = words(made(high, up=FREE, down=ROLLS))
+    assert "181 to 203 rpm off bottom the collar reaches the wall: above the map, which ends at 130 rpm" in said
+
+
 def test_each_weight_has_what_is_allowed():
     said = words(made(WALL, up=["ss..w.w", *FREE[1:]], down=ROLLS))
     assert "allowed [rpm]" in said
@@ -72,7 +78,7 @@ def test_each_weight_has_what_is_allowed():
 
 def test_what_is_free_from_a_quick_start_only_is_not_allowed_to_who_brings_up_and_bounds_what_is_brought_up():
     said = words(made(WALL, up=["ss..www", *FREE[1:]], down=ROLLS, same=["....w..", *FREE[1:]]))
-    assert "10 klbf 80 to 90 whirl 100 to 110; after a quick start, none up to 130 90 to 100" in said
+    assert "10 klbf 80 to 90 whirl 100 to 110; after a quick start, none from 120 up to 130 90 to 100" in said
     assert "15 klbf 70 to 80 whirl 120 to 130 80 to 120" in said
 
 
@@ -324,7 +330,30 @@ def test_steps_that_may_jump_are_in_the_table_the_map_and_the_warnings():
 
 def test_a_quick_start_that_the_map_outlines_is_in_the_table_of_a_hint_too():
     said = words(made(WALL, up=["s.wwwww", *["sswwwww"] * 4], same=["s.w....", *["sss...."] * 4]))
-    assert "15 klbf 90 to 100 whirl from 90; after a quick start, none up to 130 100 to 130 (quick start only)" in said
+    assert (
+        "15 klbf 90 to 100 whirl from 90; after a quick start, none from 100 up to 130 100 to 130 (quick start only)"
+        in said
+    )
+
+
+def test_each_limit_of_quick_starts_is_told_though_the_last_of_them_is_free():
+    """Two of four quick starts above 100 rpm whirl, as two of all above 90 rpm do beside a speed that is free."""
+    said = words(made(WALL, up=["s.wwwww"] * 5, same=["s.w.w.w", "s.w.w..", *["s.w...."] * 3]))
+    assert "10 klbf 70 to 80 whirl 80 to 90; after a quick start, whirl 100 to 110, 120 to 130" in said
+    assert "15 klbf 70 to 80 whirl 80 to 90; after a quick start, whirl 100 to 110 80; 100, 120 to 130" in said
+    assert "after a quick start, none from 100 up to 130" in said
+
+
+@pytest.mark.parametrize("by_model", [True, False])
+def test_the_end_of_stick_slip_does_not_depend_on_how_far_whirl_was_swept(by_model):
+    """The friction of a collar that whirls makes the bit stick and slip from 120 rpm on, far above the end of
+    stick-slip; where whirl joins stick-slip, that goes on."""
+    for line in ("ss..www", "ss..wSS"):
+        results = made(WALL, up=["sssSSSS", *[line] * 4], down=["sssSSSS", *["swwwwSS"] * 4])
+        said = words(told(results, [to_si("78 rpm", "rad/s")] * 5) if by_model else results)
+        assert "15 klbf 80 to 90 whirl 100 to 110 90 to 100" in said
+        assert "10 klbf above 130 not known none" in said
+        assert "80 to 90 rpm stick-slip ends, on the way up at" in said
 
 
 def test_stick_slip_that_gives_way_to_whirl_has_not_ended():

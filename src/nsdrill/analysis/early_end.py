@@ -9,6 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.safety import DECIDING, known_outcome
+from nsdrill.analysis.sticking import joined
 from nsdrill.data import Answer, Results
 from nsdrill.models.numbers import FOLD_ERROR
 from nsdrill.models.responses import STICK_SLIP
@@ -43,7 +44,8 @@ def ends_early(results: Results, folds: Folds) -> list[Answer]:
     ends: list[tuple[Answer, dict[str, float]]] = []
     others = [name for name in results.axes if name != SPEED]
     for index in np.ndindex(lines.shape[:-1]):
-        sticking = np.flatnonzero((lines[index] >= 0) & (lines[index] & STICK_SLIP > 0))
+        line, unknown = lines[index], lines[index] < 0
+        sticking = np.flatnonzero(joined(~unknown & (line & STICK_SLIP > 0), line, unknown))
         if len(sticking) == 0 or sticking[-1] + 1 == len(speeds) or lines[index][sticking[-1] + 1] < 0:
             continue
         is_free = bool(lines[index][sticking[-1] + 1] == 0)

@@ -10,6 +10,7 @@ from nsdrill.analysis.advice import names_of, sticks_to
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.planes import Cell
+from nsdrill.analysis.sticking import joined
 from nsdrill.analysis.untried import jumps_of, past
 from nsdrill.data import Array
 from nsdrill.models.registry import responses_in
@@ -56,7 +57,10 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     is_ending = maps.x == SPEED
     # without samples or starts, of which some differ
     others = _others(maps, number, row) if maps.confidence is None and maps.share is None else 0
-    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row], others)[: below if is_ending else None])
+    sticks = _sticks(bits, maps.grade[number, row], others)
+    sticking = np.flatnonzero(
+        joined(sticks, bits, maps.grade[number, row] == Grade.UNKNOWN)[:below] if is_ending else sticks
+    )
     if not sticking.size:
         return None
     known = np.flatnonzero(maps.grade[number, row] != Grade.UNKNOWN)
@@ -73,7 +77,10 @@ def _by_model(maps: Graded, number: int, row: int) -> Step | None:
     """Up to where stick-slip lasts in a row of which the model tells it."""
     values, ways = maps.values(maps.x), maps.bits[:, number, row]
     is_lasting = (ways & STICK_SLIP > 0) & (ways & WHIRL == 0)  # of a collar on the wall it is the friction there
-    is_lasting = is_lasting.any(axis=(0, -1)) | (maps.bits_on(maps.way_in)[number, row] & STICK_SLIP > 0)
+    bits = maps.bits_on(maps.way_in)[number, row]
+    is_lasting = is_lasting.any(axis=(0, -1)) | joined(
+        bits & STICK_SLIP > 0, bits, maps.grade[number, row] == Grade.UNKNOWN
+    )
     to = max((sticks_to(maps, (number, row, column)) or 0.0) for column in range(len(values)))
     found = np.flatnonzero(is_lasting | (values <= to))
     if not found.size:
@@ -108,7 +115,8 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     a stretch that goes on to the end of the axis. A point that is free from a quick start only bounds what is brought
     up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
-    sticking = np.flatnonzero(_sticks(bits, maps.grade[number, row]) & (maps.x == SPEED))
+    grades = maps.grade[number, row]
+    sticking = np.flatnonzero(joined(_sticks(bits, grades), bits, grades == Grade.UNKNOWN) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps)[number, row]
     is_beyond = ~reached
@@ -132,18 +140,25 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     return found
 
 
-def limit_of_starts(maps: Graded, number: int, row: int) -> Limit | None:
-    """The first limit above the last stretch of a row [third, y] that is free from a quick start only; None where it
-    goes on to the end of the axis."""
-    quick, values = started_only(maps)[number, row], maps.values(maps.x)
-    last = int(np.flatnonzero(quick)[-1])
-    beyond = last + 1 + np.flatnonzero(~maps.allowed[number, row, last + 1 :])
-    if not beyond.size:
-        return None
-    first = int(beyond[0])
-    bits = int(maps.bits_on("same")[number, row, first]) or int(maps.bits_on(maps.way_in)[number, row, first])
-    step = Step(float(values[first - 1]), float(values[first]))
-    return Limit(step, Grade(int(maps.grade[number, row, first])), names_of(bits, responses_in(maps.results.attrs)))
+def limits_of_starts(maps: Graded, number: int, row: int) -> list[Limit]:
+    """The limit above each stretch of a row [third, y] whose last point is free from a quick start only, in order;
+    none above one that goes on to the end of the axis."""
+    quick, allowed, values = started_only(maps)[number, row], maps.allowed[number, row], maps.values(maps.x)
+    found: list[Limit] = []
+    for first in (np.flatnonzero(quick[:-1] & ~allowed[1:]) + 1).tolist():
+        bits = next(filter(None, (int(maps.bits_on(way)[number, row, first]) for way in ("same", maps.way_in))), 0)
+        step = Step(float(values[first - 1]), float(values[first]))
+        names = names_of(bits, responses_in(maps.results.attrs))
+        found.append(Limit(step, Grade(int(maps.grade[number, row, first])), names))
+    return found
+
+
+def open_to_starts(maps: Graded, number: int, row: int) -> float | None:
+    """From which value on a row [third, y] is allowed to the end of the axis, from a quick start only at first; None
+    where it is not."""
+    quick, allowed = started_only(maps)[number, row], maps.allowed[number, row]
+    begin = int(np.flatnonzero(~allowed).max(initial=-1)) + 1
+    return float(maps.values(maps.x)[begin]) if begin < len(quick) and quick[begin] else None
 
 
 @dataclass(frozen=True)
@@ -163,7 +178,8 @@ def sticking_over_samples(maps: Graded, number: int, row: int) -> Scatter | None
     for world in range(bits.shape[-1]):
         if np.any(maps.grades[number, row, :, world] == Grade.UNKNOWN):
             continue
-        sticking = np.flatnonzero(_sticks(bits[:, world], maps.grades[number, row, :, world]))
+        grades = maps.grades[number, row, :, world]
+        sticking = np.flatnonzero(joined(_sticks(bits[:, world], grades), bits[:, world], grades == Grade.UNKNOWN))
         ends.append(values[min(int(sticking[-1]) + 1, len(values) - 1) if sticking.size else 0])
     return _scatter(np.asarray(ends))
 

@@ -113,6 +113,20 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     )
 
 
+def joined(sticking: Array, bits: Array, unknown: Array) -> Array:
+    """Those of the ``sticking`` points of a row along the speed, in which runs have these ``bits``, that tell how far
+    stick-slip lasts: where a collar that whirls makes the bit stick and slip above a speed at which it does not, that
+    is the friction at the wall, and a limit of its own. What is ``unknown`` joins what lies on both sides."""
+    found, is_joined = np.zeros(len(sticking), dtype=bool), True
+    for place in range(len(sticking)):
+        if sticking[place]:
+            is_joined = is_joined or not bits[place] & WHIRL
+            found[place] = is_joined
+        elif not unknown[place]:
+            is_joined = False
+    return found
+
+
 def _before(runs: Array, along: int, begins: bool = False) -> Array:
     """Where a run is one of these ``runs`` [axes, worlds] before a point along an axis, or
     where the chain ``begins`` in one."""

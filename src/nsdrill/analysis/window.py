@@ -29,6 +29,7 @@ from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.data import (
     DAMPING,
+    DRY_FRICTION,
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
@@ -160,6 +161,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW, LUMPED_STRING, LEFT_OUT)},
         UNUSUAL_NUMBERS: str(results.attrs.get(UNUSUAL_NUMBERS, "")),
         PULSES: str(results.attrs.get(PULSES, "")),
+        DRY_FRICTION: float(results.attrs.get(DRY_FRICTION, 0.0)) or None,
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),

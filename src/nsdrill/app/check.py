@@ -24,7 +24,7 @@ from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.kernel.settings import Simulation
 from nsdrill.late import deferred
-from nsdrill.models import cutting, friction
+from nsdrill.models import cutting, dry, friction
 from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, unusual_damping
 from nsdrill.models.model_description import Description
@@ -242,11 +242,12 @@ def check(study: Study, units: str = "si") -> Report:
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, _, _ = chosen_at(parameters, study.initial, {})
     checks = checks_of(study.model)
+    at = Values(parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.carried_chains or plan.points)
     report = Report(
         operation,
         checks and checks.coefficients(parameters, operation),
-        checks.every_derived_quantity(parameters, operation) if checks else {},
+        dry.told(checks.every_derived_quantity(parameters, operation), checks, at) if checks else {},
         warnings(study, units, experiment),
         points,
         chains,
@@ -489,6 +490,12 @@ def damping_of_torsion(study: Study) -> Damping | None:
     """The damping of torsion of a ``study``, where it is unusual of a string."""
     checks = checks_of(study.model)
     return None if checks is None else unusual_damping(study, _corners(study), checks.coefficients)
+
+
+def dry_friction(study: Study) -> float | None:
+    """How many times as far stick-slip of a ``study`` lasts by dry friction: see
+    :func:`nsdrill.models.dry.dry_friction`."""
+    return dry.dry_friction(getattr(checks_of(study.model), "stick_slip_folds", None), _corners(study))
 
 
 def string_by_depth(study: Study) -> list[dict[str, float]]:

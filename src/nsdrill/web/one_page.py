@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,9 @@ from nsdrill.analysis.limits import (
     Step,
     allowed_over_samples,
     end_of_sticking,
-    limit_of_starts,
+    limits_of_starts,
     next_limits,
+    open_to_starts,
     past_jumps,
     started_only,
     sticking_over_samples,
@@ -60,7 +62,16 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
+from nsdrill.words.answer import (
+    needed_for_words,
+    of_drag,
+    of_lumped,
+    of_smoothing,
+    of_unmodelled,
+    shown_first,
+    warnings,
+    would_help,
+)
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -518,7 +529,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
         return _wall(one, *ends), "with weight on, the collar may reach the wall"
     wall = _wall(one, *way.wall)
     if one.maps.x == SPEED and way.wall[0] > one.maps.values(SPEED)[-1]:
-        return "none", f"off bottom the collar reaches the wall at no speed of the map, but at {wall}"
+        end = one.fmt.value(SPEED, float(one.maps.values(SPEED)[-1]))
+        return wall, f"off bottom the collar reaches the wall: above the map, which ends at {end}"
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
@@ -671,11 +683,14 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
 
-    def words(limit: Limit) -> str:
-        met = " + ".join(one.responses[name].words for name in limit.responses)
+    def met(limit: Limit) -> str:
+        found = " + ".join(one.responses[name].words for name in limit.responses)
         # what the map paints there first
-        text = met if met and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or met
-        return f"{text or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
+        text = found if found and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or found
+        return text or "critical"
+
+    def words(limit: Limit) -> str:
+        return f"{met(limit)} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
 
     told, place = [], int(np.flatnonzero(past)[0]) if past.any() else len(values)
     told += [words(limit) for limit in limits if place == len(values) or (limit.step.next or 0.0) <= values[place]]
@@ -686,10 +701,15 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         told.append(f"{JUMPED} not known{begins}")
     open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
     text = ", ".join(told) or open_ended
-    if quick.any():  # which lies above what bounds what is brought up
-        of_starts = limit_of_starts(one.whole, number, row)
-        started = words(of_starts) if of_starts is not None else open_ended
-        text = f"{text}; {'started at rest' if one.advice.from_rest else 'after a quick start'}, {started}"
+    # of a quick start, what lies above what bounds what is brought up
+    of_starts, begin = limits_of_starts(one.whole, number, row), open_to_starts(one.whole, number, row)
+    same = [(text, [span(limit.step) for limit in those]) for text, those in groupby(of_starts, met)]
+    started = [f"{named} {', '.join(spans)}" for named, spans in same]
+    if begin is not None and not started:
+        started = [f"none from {one.fmt.number(maps.x, begin)} up to {one.fmt.number(maps.x, float(values[-1]))}"]
+    if started:
+        way = "started at rest" if one.advice.from_rest else "after a quick start"
+        text = f"{text}; {way}, {', '.join(started)}"
     return ends, text, allowed
 
 
@@ -716,7 +736,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 
 def _of_model(one: Sheet) -> list[str]:
     """What the model leaves out of the string, which the page always tells."""
-    return [*of_unmodelled(one.window, one.fmt), *of_drag(one.window), *of_lumped(one.window, one.units)]
+    of_string = [*of_drag(one.window), *of_lumped(one.window, one.units)]
+    return [*of_unmodelled(one.window, one.fmt), *of_smoothing(one.window, one.fmt), *of_string]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

@@ -166,7 +166,8 @@ class Orders(Words):
         is_told &= self.advice.kind != Kind.HINT
         other = f"If it vibrates{' otherwise' if is_told else ''}: {self.again}."
         lowered = self.lowered()
-        if found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered)):
+        lasts = found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered))
+        if lasts or self.may_not_slow():
             return other
         if found is None and (goes_on := self.goes_on()):
             return f"If it vibrates: {goes_on}; {self.again}."
@@ -221,6 +222,9 @@ class Orders(Words):
             lower = "take weight off" if found.axis == "wob" else "slow down" if self.drills else "lower it"
             where = "in a trial" if slowed_to(advice.trials, fmt) else "in the map"
             yield f"Do not {lower} to cure {self._motion(found.responses)}: {where} it did not stop{rolls}."
+        elif self.may_not_slow():
+            how, at = "slow down" if self.drills else "lower it", self.lowered_to()
+            yield f"Do not {how} to cure whirl: in the map it ended only at {at}, below the limits{self.may_stay()}."
         if way is not None and way.first == First.SPEED and way.wall is not None and self._is_near(way.wall):
             if way.crosses and "rotary_speed" in advice.point:
                 yield (

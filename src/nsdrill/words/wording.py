@@ -987,6 +987,8 @@ class Words:
             motion = self._motion(lowered)
             rolls = "" if "whirl" in found.responses else rolls  # the run shows where it ends
             return f"If it {verbs}: lowered to {at} the {motion} ends, but then {self.comes(found)}; {again}{rolls}."
+        if self.may_not_slow():
+            return f"If it {verbs}: {again}; in the map it ended only at {at}, below the limits{rolls}."
         if self._wall_may_hold():
             whirls = f"If it whirls: not run; {again}{rolls}."
             return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {whirls}"
@@ -1071,6 +1073,13 @@ class Words:
         if found is None or found.at is None or found.lasts_above is None or found.axis != "rotary_speed":
             return False
         return found.at > found.lasts_above and not (tried is not None and tried.is_tried(ON_WALL))
+
+    def may_not_slow(self) -> bool:
+        """Whether whirl ended on the way down only below the limits, at a speed at which the wall may hold a collar:
+        another run would not show it there, and it is nowhere to drill, so that it is no cure."""
+        found = self.advice.recover
+        ends = found is not None and found.outcome == Recovery.ENDS and not found.then and "whirl" in self.lowered()
+        return ends and self.may_stay_on_wall() and bool(self.below_limits())
 
     def ends_at_setting(self) -> bool:
         """Whether what was met above the setting ends on the way down to it: what becomes of a vibration

@@ -42,7 +42,9 @@ def derived_quantities(
     reaches = drilling.critical_speed(
         "wall_speed",
         wall_speed_of_bit(parameters, operation, k),
-        "speed at which forward whirl reaches the wall",
+        "speed at which forward whirl, about where the collar sags to, touches the low side"
+        if parameters.well.inclination > 0.0
+        else "speed at which forward whirl reaches the wall",
         "lateral",
     )
     turning = drilling.quantities(fold=averaged and not rock.regenerative)
@@ -262,8 +264,8 @@ def softened(
 
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Least set speed [rad/s] at which drag-limited forward synchronous whirl has the
-    radius of the gap; None if there is none, 0 if the span is buckled."""
+    """Least set speed [rad/s] at which drag-limited forward synchronous whirl reaches the wall; None
+    if there is none, 0 if the span is buckled or lies on the low side."""
     speeds = wall_speeds(parameters, operation, k)
     return None if speeds is None else speeds[0]
 
@@ -276,7 +278,8 @@ def wall_speed_of_bit(parameters: Parameters, operation: Operation, k: Coefficie
 
 def wall_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -> tuple[float, float] | None:
     """The set speeds [rad/s] between which drag-limited forward synchronous whirl would
-    be wider than the gap; None if there are none, from 0 on if the span is buckled."""
+    be wider than the room that the collar has; None if there are none, from 0 on if the span is
+    buckled or lies on the low side."""
     speeds = _reaching_speeds(parameters, operation, k)
     if speeds is None or parameters.drive.ideal:
         return speeds
@@ -286,44 +289,82 @@ def wall_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -
 
 def passing_rate(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """How fast the speed must change [rad/s^2] for the imbalance to pass its resonance
-    without bringing the collar to the wall, (pi/2) (e W / gap)^2, an estimate with the
-    speed W at which it reaches the wall; 0 where it reaches it at no speed, None where the
-    span is buckled."""
-    speed = wall_speed_of_bit(parameters, operation, k)
-    eccentricity = float(parameters.drillstring.eccentricity)
-    if speed is None:
-        return 0.0
-    return None if speed == 0.0 else math.pi / 2 * (eccentricity * speed / float(k.gap)) ** 2
+    without bringing the collar to the wall, (pi/2) (e W / room)^2, an estimate with the
+    speed W at which it would reach the wall of a vertical hole, which is near its resonance; 0 where
+    it reaches it at no speed, None where the span is buckled or lies on the low side."""
+    speeds = _reaching_speeds(parameters, operation, k)
+    if speeds is None or speeds[0] == 0.0:
+        return 0.0 if speeds is None else None
+    stiffness, gap = lateral_stiffness(parameters, operation, k), float(k.gap)
+    left, centred = _room(parameters, k, stiffness, 0.0), _speeds_within(parameters, k, stiffness, (gap, gap))
+    speed = math.sqrt(stiffness / mass_in_swirl(k, parameters.mud.swirl)) if centred is None else centred[0]
+    return math.pi / 2 * (float(parameters.drillstring.eccentricity) * speed / left) ** 2
+
+
+def _room(parameters: Parameters, k: Coefficients, stiffness: float, speed: float) -> float:
+    """How far the collar may whirl [m] about where it hangs: the gap, in an inclined hole less the sag.
+    Mud that turns with the collar at ``speed`` [rad/s] holds it up by less."""
+    side_load = float(weights(parameters)[0])
+    if side_load == 0.0:
+        return float(k.gap)
+    held = stiffness - float(k.m_f) * (parameters.mud.swirl * speed) ** 2
+    return float(k.gap) - side_load / held if held > 0.0 else 0.0
 
 
 def _reaching_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -> tuple[float, float] | None:
     """The speeds W of the collar [rad/s] between which whirl would be wider than the
-    gap. They solve
+    room a that it has. They solve
 
-        (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2 c0^2)^2 = (m_e e0 W^2)^2
+        (k_r (a - s0) - m W^2 a)^2 + (c W^2 a^2)^2 = (m_e e0 W^2)^2
 
     which is quadratic in W^2, with s0 the clearance of the stabilisers, m = m_c + m_f
     (1 - swirl)^2 and c = c_h (1 - swirl)^2. The second is infinite where an
-    eccentricity above the gap keeps it there.
+    eccentricity above the room keeps it there. The room is the gap c0 in a vertical hole. In an
+    inclined one the collar whirls about its sag F_g/k_r, and a = c0 - F_g/k_r is what is left on
+    the low side: the drag is the same all round a circle, so that without stabilisers and swirl this is
+    exact. There it touches; it whirls along the wall from there on or from a higher speed.
     """
-    stiffness = lateral_stiffness(parameters, operation, k)
+    stiffness, clearance = lateral_stiffness(parameters, operation, k), parameters.stabilizer.clearance or 0.0
+    left = _room(parameters, k, stiffness, 0.0)
+    if stiffness <= 0.0 or left <= clearance < k.gap:
+        return 0.0, math.inf
+    speeds = _speeds_within(parameters, k, stiffness, (left, left))
+    if parameters.mud.swirl and left < k.gap:
+        resonance = math.sqrt(stiffness / mass_in_swirl(k, parameters.mud.swirl))
+        for _ in range(ROUNDS):  # the sag is that at these speeds
+            ends = speeds or (resonance, resonance)
+            rooms = tuple(_room(parameters, k, stiffness, end) if math.isfinite(end) else left for end in ends)
+            if min(rooms) <= clearance:
+                return min(ends), math.inf
+            speeds = _speeds_within(parameters, k, stiffness, (rooms[0], rooms[1]))
+    return speeds
+
+
+def _speeds_within(
+    parameters: Parameters, k: Coefficients, stiffness: float, rooms: tuple[float, float]
+) -> tuple[float, float] | None:
+    """These speeds, the least and the greatest with the ``rooms`` [m] of each."""
     unbalance = k.m_e * parameters.drillstring.eccentricity
     swirl, clearance = parameters.mud.swirl, parameters.stabilizer.clearance or 0.0
     mass = mass_in_swirl(k, swirl)
-    a = (mass * k.gap) ** 2 + (k.c_h * (1.0 - swirl) ** 2 * k.gap**2) ** 2 - unbalance**2
-    b = -2 * stiffness * (k.gap - clearance) * mass * k.gap
-    c = (stiffness * (k.gap - clearance)) ** 2
-    if stiffness <= 0:
-        return 0.0, math.inf
-    if a == 0:
-        return math.sqrt(-c / b), math.inf
-    discriminant = b * b - 4 * a * c
-    if discriminant < 0:
-        return None
-    # The numerically stable form of the roots.
-    half = -0.5 * (b - math.sqrt(discriminant))
-    roots = sorted(math.sqrt(root) for root in (half / a, c / half) if root > 0)
-    return (roots[0], roots[1] if len(roots) > 1 else math.inf) if roots else None
+
+    def within(room: float) -> tuple[float, float] | None:
+        a = (mass * room) ** 2 + (k.c_h * (1.0 - swirl) ** 2 * room**2) ** 2 - unbalance**2
+        b = -2 * stiffness * (room - clearance) * mass * room
+        c = (stiffness * (room - clearance)) ** 2
+        if a == 0:
+            return math.sqrt(-c / b), math.inf
+        discriminant = b * b - 4 * a * c
+        if discriminant < 0:
+            return None
+        # The numerically stable form of the roots.
+        half = -0.5 * (b - math.sqrt(discriminant))
+        roots = sorted(math.sqrt(root) for root in (half / a, c / half) if root > 0)
+        return (roots[0], roots[1] if len(roots) > 1 else math.inf) if roots else None
+
+    low = within(rooms[0])
+    high = low if rooms[1] == rooms[0] else within(rooms[1])
+    return None if low is None or high is None else (low[0], high[1])
 
 
 SLIPS = np.geomspace(1e-6, 1e2, 4000)  # m/s: the greatest coefficient of the wall is looked for at these

@@ -150,7 +150,7 @@ def _integrated(
     push *= step * arm * (speed * speed - 1j * rate * (1.0 + slope))
     push -= step * weight
     square = np.minimum(speed[0] ** 2, (1.0 - FURTHEST / 2) * spring)
-    z = push[0] / step / (spring - square)
+    z = (push[0] / step + weight) / (spring - square) - weight / spring  # it swings about its sag
     v = 1j * speed[0] * (z + weight / spring)
     if clearance:
         z -= 1j * clearance * (weight != 0.0)
