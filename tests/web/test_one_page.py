@@ -363,11 +363,10 @@ def test_an_inclined_hole_without_drag_says_that_the_torque_is_more(inclination)
 @pytest.mark.parametrize("begins_above", [False, True])
 def test_a_damping_that_decides_is_printed_of_a_hint_too(begins_above):
     """With a usual one stick-slip lasts to 95 rpm, within what to stay within, whatever makes it a hint."""
-    onset = {**NOTHING_BEGINS, "name": "stick_slip_onset", "words": "the onset", "lasts": None, "from": SPEEDS[0]}
-    onset |= {"min": 1.0, "max": 1.0, "weights": [0.0, 1e6]}
+    passed = {**NOTHING_BEGINS, "min": 1.0, "max": 1.0, "from": SPEEDS[0], "everywhere": True}
     ends = [{"wob": wob, "at": {}, "now": 6.0, "usual": to_si("95 rpm", "rad/s")} for wob in WEIGHTS]
     damping = {"key": "drillstring.torsional_damping", "value": 50.0, "usual": 20.0, "ratio": 0.08}
-    one = made(onset if begins_above else WALL, up=["......w"] * 5, down=FREE)
+    one = made(passed if begins_above else WALL, up=["......w"] * 5, down=FREE)
     damped = {DAMPING: json_text({**damping, "is_default": False, "lasts": ends})}
     said = words(replace(one, attrs={**one.attrs, **damped}))
     assert ("nothing was brought up through" in said) == begins_above

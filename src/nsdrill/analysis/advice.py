@@ -720,13 +720,14 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
     """The critical speeds above which the sweep begins, so that a point was not brought up
-    through them; that of stick-slip only at its weights, and where the bit did not stick
-    on the way up to the point."""
+    through them; that of stick-slip only at its weights, where the bit did not stick
+    on the way up to the point, and where it is not known to which speed stick-slip lasts: where that
+    is, no point up to there is allowed, and of one above it makes no difference where the sweep begins."""
 
     def concerns(one: Answer) -> bool:
         if (weights := one.get("weights")) is None:
             return True
-        if cell is None or "up" not in maps.ways:
+        if cell is None or "up" not in maps.ways or (maps.tried is not None and maps.tried[cell].all()):
             return False
         at: dict[str, float] = {**maps.results.held, **_values(maps, cell)}
         if maps.third:
