@@ -1004,12 +1004,16 @@ def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None
         if any(label != Label.CLEAR for label in labels):
             bad = [way for way, label in zip(ways, labels, strict=True) if label in (Label.CRITICAL, Label.STALLED)]
             met = int(maps.bits[bad[0]][there][0]) if bad else 0
-            grade = Grade.UNKNOWN if not bad and Label.UNKNOWN in labels else None
-            grade = Grade.STALLED if any(labels[ways.index(way)] == Label.STALLED for way in bad) else grade
-            grade = grade if bad or grade is not None else Grade.BORDERLINE
             value = float(maps.values((maps.third, maps.y, maps.x)[place])[index])
-            return Border(value, grade or Grade.CRITICAL, names_of(met, responses_in(maps.results.attrs)))
+            return Border(value, _grade_below(labels), names_of(met, responses_in(maps.results.attrs)))
     return None
+
+
+def _grade_below(labels: Sequence[int]) -> Grade:
+    """What is told of a point with runs of these labels, not all of them clear: that it vibrates where one does,
+    that nothing is known where one is not."""
+    told = {Label.STALLED: Grade.STALLED, Label.CRITICAL: Grade.CRITICAL, Label.UNKNOWN: Grade.UNKNOWN}
+    return next((grade for label, grade in told.items() if label in labels), Grade.BORDERLINE)
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
