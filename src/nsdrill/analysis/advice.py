@@ -89,6 +89,11 @@ class Border:
     """Whether it is free, but a motion was still changing there."""
     is_on_wall: bool = False
     """Whether it is allowed, but off bottom the collar reaches the wall there, on the way in and when picked up."""
+    is_partly_known: bool = False
+    """Whether some runs of it are known, of a point of which others are not, or runs elsewhere leave open
+    whether it is free; the responses are those of the known ones."""
+    is_met_on_way_in: bool = False
+    """Of such a point whether the responses are those on the way in."""
     free_from: tuple[int, int] | None = None
     """Of a point that is free from some of many starts only: from how many, of how many."""
 
@@ -820,12 +825,15 @@ def _border(
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
     is_started = False
-    if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
+    on_way_in = bits != 0
+    if not bits and grade != Grade.ANY_HISTORY:
         carried = [int(maps.bits_on(way)[there]) for way in maps.ways if way != "same"]
         bits = int(np.bitwise_or.reduce(np.array(carried, dtype=int), initial=0))
         if not bits and "same" in maps.ways:
             bits, is_started = int(maps.bits_on("same")[there]), True
-    to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
+    is_lasting = grade == Grade.STICKS_ON or (grade == Grade.UNKNOWN and _lasts_at(maps, there))  # type: ignore[arg-type]
+    to = sticks_to(maps, there) if is_lasting else None  # type: ignore[arg-type]
+    is_partly = grade == Grade.UNKNOWN and any(np.any(way[there] > Label.UNKNOWN) for way in maps.labels)
     names = names_of(bits, responses_in(maps.results.attrs))
     jumps = jumps_of(maps)
     gaps = tuple(one for one in jumps if one.motion is None)
@@ -841,6 +849,8 @@ def _border(
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
+        is_partly_known=is_partly,
+        is_met_on_way_in=is_partly and on_way_in,
         free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
 
@@ -1486,6 +1496,8 @@ FLAGS = (
     "is_unsettled",
     "is_started",
     "is_on_wall",
+    "is_partly_known",
+    "is_met_on_way_in",
 )  # of a border, given where they hold
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
-from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.histories import Grade, Label
 from nsdrill.analysis.limits import (
     SPEED,
     Limit,
@@ -389,7 +389,7 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
         begins = fmt.value(axis, float(maps.values(axis)[0]))
         if _is_untold(one) and axis == SPEED:
             return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
-        return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
+        return _without_sticking(one, row), f"no stick-slip is known{at}, from {begins} up"
     if axis == SPEED and (_is_untold(one) or not step.is_known):
         met = f"in the runs to {_step(fmt, axis, step)}"
         alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
@@ -398,6 +398,17 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     if not _is_met(one, row, step):
         words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
+
+
+def _without_sticking(one: Sheet, row: int) -> str:
+    """To which speed stick-slip lasts in a row of which no run sticks: where the way in is known and others are not,
+    the model tells it."""
+    maps = one.maps
+    if not _is_open(one, row):
+        return "none"
+    is_run = bool(np.all(maps.labels[maps.ways.index(maps.way_in), one.plane, row] > Label.UNKNOWN))
+    is_modelled = maps.x == SPEED and maps.modelled is not None and bool(maps.modelled[one.plane, row].all())
+    return "none by the model" if is_run and is_modelled else "not known"
 
 
 def _is_untold(one: Sheet) -> bool:
@@ -639,7 +650,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     step, limits = end_of_sticking(one.whole, number, row), next_limits(one.whole, number, row)
     none = "not known" if _is_open(one, row) else "none"
     is_untold = maps.x == SPEED and (_is_untold(one) or _is_untold_in(one, row))
-    ends = "none met" if is_untold and none == "none" else none
+    ends = "none met" if is_untold and none == "none" else _without_sticking(one, row)
     if step is not None:
         ends = span(step) if step.next is not None else f"above {span(step)}"
         ends = f"from {ends}" if step.last is None else ends
@@ -664,8 +675,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 
     def words(limit: Limit) -> str:
         met = " + ".join(one.responses[name].words for name in limit.responses)
-        # what the map paints there first
-        text = met if met and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or met
+        # what the map paints there first; what is met there is known, whatever else is not
+        text = met if met and limit.grade in (Grade.STICKS_ON, Grade.UNKNOWN) else OF_GRADES.get(limit.grade) or met
         return f"{text or 'critical'} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
 
     told, place = [], int(np.flatnonzero(past)[0]) if past.any() else len(values)

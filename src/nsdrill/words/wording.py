@@ -598,7 +598,7 @@ class Words:
                 if border and border.grade == Grade.STALLED and border.value is not None:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
-                    return f"at {self.fmt.value(axis, border.value)} nothing is known"
+                    return self._beyond(axis, border)
         if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
             return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
@@ -787,10 +787,21 @@ class Words:
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": {down} it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
-            return f"{at} nothing is known"
+            return f"{at}{self._known_of(border, verbs, down)}"
         if border.grade == Grade.BORDERLINE:
             return f"{at} it is near a limit" + (f": {down} it {verbs}" if verbs else "")
         return f"{at} it {verbs or 'is critical'}"
+
+    def _known_of(self, border: Border, verbs: str, down: str) -> str:
+        """What is known of a point of which not all is: `` it whirls, and a start there is not known to be safe``."""
+        sticks = f"stick-slip, once started, {self._to(border.sticks_to)}" if border.sticks_to is not None else ""
+        if not border.is_partly_known:
+            return f" nothing is known{f' but that {sticks}' if sticks else ''}"
+        if verbs and border.is_met_on_way_in:
+            return f" it {verbs}, and a start there is not known to be safe"
+        if verbs:
+            return f" {down} it {verbs}, and the rest is not known"
+        return f" it is not known to be free{f', and {sticks}' if sticks else ''}"
 
     @property
     def _down(self) -> str:
@@ -1014,7 +1025,7 @@ class Words:
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
-            return "nothing is known"
+            return "it is not known to be free"
         if bound.grade == Grade.STALLED:
             return "the bit stalls"
         verbs = self.verbs_of(bound.responses)
