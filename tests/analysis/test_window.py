@@ -2,6 +2,7 @@
 out by hand."""
 
 import json
+import re
 from itertools import permutations
 
 import numpy as np
@@ -539,6 +540,37 @@ def test_a_point_at_which_another_motion_may_last_is_safe_on_a_condition():
         assert "MAY LAST" not in said(results)[1]
     results.attrs["lasting_motions"] = json_text([{**WALL, "lasts": None}])
     assert find_window(results)["passed_over"] == []
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("rotary_speed: [9 rad/s, 12 rad/s]", "ONE AXIS ONLY: the speed was swept, at 3000 m, 20 kN."),
+        ("rotary_speed: [9 rad/s, 12 rad/s], drive.kind: [ideal, soft_torque]", "ONE AXIS ONLY: the speed was swept"),
+        (
+            "along: rotary_speed, rotary_speed: [9 rad/s, 12 rad/s], depth: [2000 m, 3000 m]",
+            "ONE WEIGHT ONLY: all runs are at 20 kN. Of",
+        ),
+        (
+            "along: wob, wob: [20 kN, 40 kN], depth: [2000 m, 3000 m]",
+            "ONE SPEED ONLY: all runs are at 10 rad/s (95.5 rpm). Of",
+        ),
+        ("along: wob, rotary_speed: [9 rad/s, 12 rad/s], wob: [20 kN, 40 kN], drive.kind: [ideal, soft_torque]", ""),
+    ],
+)
+def test_a_setting_that_has_one_value_is_told_whatever_else_is_swept(tmp_path, axes, words):
+    """The kind of a drive, or the depth, is no setting beside which another weight was tried."""
+    study = f"""
+modes: {{axial: frozen, lateral: frozen}}
+operation: {{depth: 3000 m, wob: 20 kN, rotary_speed: 10 rad/s}}
+sweep: {{{axes}, procedure: up}}
+simulation: {{transient: 1 s, observe: 2 s}}
+"""
+    (tmp_path / "one.yaml").write_text(study, encoding="utf-8")
+    nsdrill.run(nsdrill.load_study(tmp_path / "one.yaml"), tmp_path / "one.h5")
+    warned = " ".join(nsdrill.window(tmp_path / "one.h5")["answer"]["warnings"])
+    assert words in warned
+    assert bool(words) == bool(re.search("ONE (AXIS|WEIGHT|SPEED) ONLY", warned))
 
 
 def test_without_a_safe_point_the_warnings_are_of_all_points():
