@@ -37,6 +37,7 @@ MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
+NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
@@ -814,7 +815,7 @@ class Words:
         assert way is not None
         told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
         text = "none is known" if self.is_withdrawn else self.way(way)
-        if self.untried_rate() in text and self.untried_rate():
+        if NOT_RUN in text or (self.untried_rate() in text and self.untried_rate()):
             text += " (--trials tries it)"
         slowly = f" {where}." if (where := self.slowly_within()) else ""
         return f"Way in: {text[:1].lower()}{text[1:]}.{slowly}{f' Trials: {told}.' if told else ''}"
@@ -923,7 +924,7 @@ class Words:
             then += f", through {self.crossed()}" if way.crossed else ""
             then += f"; {untried}" if (untried := self.untried_rate()) else ""
         elif way.crossed and not advice.trials:
-            then += f"; with the weight on it comes up through {self.crossed()}"
+            then += f"; with the weight on it comes up through {self.crossed()}; {NOT_RUN}"
         if self._is_shaken(way):
             then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
