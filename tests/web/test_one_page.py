@@ -247,6 +247,19 @@ def test_where_stick_slip_ends_stands_in_the_numbers_and_by_weight(up, lasts, nu
     assert row in said
 
 
+def test_the_order_and_the_box_of_samples_have_one_limit():
+    """It is free in all samples to 100, in nine tenths to 110 rpm, where a step to 110 rpm may jump; the samples
+    scatter beside that limit, not in its place."""
+    one = with_samples([[1, 1, 1, 1, 0.95, 0.8, 0]] * 5)
+    for lasting in ([], [{**WALL, "jumped": {"from": SPEEDS[3], "to": SPEEDS[4], "step": 1.0, "enough": 0.1}}]):
+        said = words(replace(one, attrs={**one.attrs, "lasting_motions": json_text(lasting)}))
+        last = "100" if lasting else "110"
+        assert f"Do not exceed {last} rpm:" in said
+        assert f"{last} rpm never exceed: at " in said
+        assert "the last that is allowed at 15 klbf in 5 to 95 % of 20 samples: 100 to 120 rpm" in said
+        assert said.count("never exceed") == 1
+
+
 def test_where_stick_slip_ends_in_samples_and_where_every_weight_sticks():
     assert "none stick-slip at 15 klbf: none in 95 % of 20 samples" in words(with_samples([[0, 0, 1, 1, 1, 1, 0]] * 5))
     said = words(made(WALL, up=["sssssss"] * 5))

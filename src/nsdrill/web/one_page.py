@@ -367,11 +367,11 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
             yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
     elif _sticks(one):
         yield _sticking(one, row, at)
-    if maps.confidence is not None:
-        last = allowed_over_samples(maps, cell) if cell is not None else None
-        yield _over_samples(fmt, axis, last, f"never exceed{at}")
-    else:
-        yield _exceed(one)
+    limit, why = _exceed(one)
+    if maps.confidence is not None and cell is not None and (last := allowed_over_samples(maps, cell)) is not None:
+        ends = fmt.range(axis, [last.values[0], last.values[-1]])  # whatever else bounds what is never exceeded
+        why += f"; the last that is allowed{at} in 5 to 95 % of {last.of} samples: {ends}"
+    yield limit, why
     if "whirl" in one.responses:
         yield _pass(one)
 
