@@ -172,8 +172,8 @@ def test_what_whirls_with_the_weight_raised_is_not_reached_so():
         (
             made(WALL, up=["sb....w"] * 5, down=ROLLS),
             "Bring up to 100 rpm off bottom, set 15 klbf; stay at 90 to 120 rpm",
-            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm; with the speed first it was "
-            "not run (--trials tries it).",
+            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm; with the speed first it "
+            "was not run (--trials tries it).",
         ),
         (
             made(WALL, along="wob", up=["b", "s", ".", ".", "."], speeds=SPEEDS[3:4]),

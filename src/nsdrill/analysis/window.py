@@ -238,6 +238,7 @@ def _stick_slip(maps: Classes) -> Answer:
     return {
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
         "started": _started_only(maps, up),
+        "sticking": _sticking(maps, up),
         "modelled": is_known,
         "met": is_met,
         "untried": untried,
@@ -250,9 +251,22 @@ def _started_only(maps: Classes, up: int | None) -> int:
     free when started there only: of samples in each in which it may last."""
     if up is None or "same" not in maps.grades.ways:
         return 0
+    return _lasting_where(maps, maps.grades.bars[up] != 0)
+
+
+def _sticking(maps: Classes, up: int | None) -> int:
+    """At how many of them the way up sticks itself, at a severity that is allowed."""
+    if up is None:
+        return 0
+    grades = maps.grades
+    return _lasting_where(maps, (grades.bits[up] & STICK_SLIP > 0) & (grades.bars[up] == 0))
+
+
+def _lasting_where(maps: Classes, chosen: Array) -> int:
+    """How many of the points at which stick-slip may last are ``chosen``, of samples in each in which it may."""
     lasts = maps.grades.grades == Grade.STICKS_ON
-    alone = ~lasts | (maps.grades.bits[up] != 0)
-    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & alone.all(axis=-1)))
+    every = (~lasts | chosen).all(axis=-1)
+    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & every))
 
 
 def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:

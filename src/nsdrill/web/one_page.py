@@ -369,8 +369,8 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
         yield _sticking(one, row, at)
     limit, why = _exceed(one)
     if maps.confidence is not None and cell is not None and (last := allowed_over_samples(maps, cell)) is not None:
-        ends = fmt.range(axis, [last.values[0], last.values[-1]])  # whatever else bounds what is never exceeded
-        why += f"; the last that is allowed{at} in 5 to 95 % of {last.of} samples: {ends}"
+        scatter = fmt.range(axis, [last.values[0], last.values[-1]])  # whatever else bounds what is never exceeded
+        why += f"; the last that is allowed{at} in 5 to 95 % of {last.of} samples: {scatter}"
     yield limit, why
     if "whirl" in one.responses:
         yield _pass(one)
