@@ -536,7 +536,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     is_quick, carried = kind == Kind.QUICK_START and "up" in maps.ways, maps.along or maps.x
     slowly, slowly_at, begins = _slowly(maps, cell, ends) if is_quick else (0, {}, None)
     held = from_rest(maps.results)
-    is_unreached = kind == Kind.QUICK_START and way is not None and (way.first == First.NONE or held)
+    # a bit that was at rest shows nothing of a string that is brought there turning
+    is_unreached = kind == Kind.QUICK_START and (held or (way is not None and way.first == First.NONE))
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
     tried_kind = kind if jump is not None and kind != Kind.HINT else None

@@ -552,9 +552,10 @@ class Words:
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
         way = self.advice.way_in
-        assert way is not None
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
-        if way.first == First.NONE:
+        if way is None:
+            why = "Started there with the bit at rest it is free; how it is reached was not run."
+        elif way.first == First.NONE:
             why = f"No way in is known: slowly it {verbs}, and no drive passes {self.wall_range(way)}."
         else:  # the starts say nothing of a string that turns
             why = f"Slowly it {verbs}; started with the bit at rest it is free, but no quick way in was run."
