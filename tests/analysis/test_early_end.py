@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import nsdrill
@@ -54,6 +55,15 @@ def test_whirl_that_makes_the_bit_stick_again_does_not_hide_that():
     assert only["last"]["value"] == SPEEDS[1]
 
 
+def test_a_higher_threshold_ends_no_stick_slip():
+    """The bit goes on sticking, at an index of 120 %, to the end of the map; the labels end at 80 rpm."""
+    one = grid({"up": [["sss..."] * 3]}, SPEEDS, WEIGHTS)
+    one.variables["stick_slip_index"] = np.full(one.shape, 120.0)
+    assert ends_early(one, lambda settings: [FOLD] * len(settings)) == []
+    one["stick_slip_index"][..., 3:] = 5.0
+    assert {found["by"]["value"] for found in ends_early(one, lambda settings: [FOLD] * len(settings))} == {SPEEDS[3]}
+
+
 @pytest.mark.parametrize(
     ("lobes", "begins", "says", "never"),
     [
@@ -81,7 +91,8 @@ simulation: {{transient: 1 s, observe: 1 s}}
         data = results_in(nsdrill.run(parse_study(study), progress=False), "early", ())
         codes = data["response"].copy()
         codes[...] = [2, 0, 0]  # it sticks at 3 rad/s, far below the fold, and is free from there on
-        (only,) = stick_slip_ends(replace(data, variables={**data.variables, "response": codes}))
+        made = {"response": codes, "stick_slip_index": np.broadcast_to([120.0, 5.0, 5.0], codes.shape)}
+        (only,) = stick_slip_ends(replace(data, variables={**data.variables, **made}))
         assert only["lobes"] == lobes
         assert (only["surface_amplitude"]["value"] > 0.0) == (lobes > 0)
 

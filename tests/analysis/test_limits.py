@@ -117,7 +117,12 @@ def test_a_start_is_named_as_what_was_run(from_rest, said):
     assert ("started with the bit at rest it is free, but no quick way in was run" in sentence) is from_rest
     assert ("quickly" in sentence) is not from_rest
     alone = find_window(with_starts(from_rest, same=STARTS))
-    assert ("started there with the bit at rest" in words_of(alone, "field").sentence()) is from_rest
+    assert ("tarted there with the bit at rest" in words_of(alone, "field").sentence()) is from_rest
+    # nor does a file of such starts alone; of a string that turned it is an order, which says what was not run
+    assert (alone["answer"].kind == Kind.HINT) is from_rest
+    assert "ow it is reached was not run" in words_of(alone, "field").sentence()
+    do = " ".join(Orders(*needed_for_words(alone, "field")).do())
+    assert ("Find a way in first: to 15 klbf and 90 rpm none was run." in do) is from_rest
 
 
 def test_what_no_trial_showed_of_the_setting_is_among_the_first_warnings():

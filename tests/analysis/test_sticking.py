@@ -19,6 +19,7 @@ from nsdrill.app.check import checks_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.figures import cut
 from nsdrill.models.parts import values_at
+from nsdrill.models.responses import SEVERITIES
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study
 from nsdrill.web.explorer_maps import area
@@ -79,6 +80,21 @@ def test_of_samples_no_point_is_free_when_started_there_only_where_nothing_was_s
     assert "started there only" not in text
     started = told(grid({"up": ["BBB..."], "same": ["......"], "down": ["......"]}, SPEEDS), [4.2])
     assert find_window(started)["stick_slip"]["started"] == 3
+
+
+@pytest.mark.parametrize(("line", "points", "sticking"), [("ss....", 4, 2), ("......", 4, 0), ("ssss..", 4, 4)])
+def test_with_a_severity_what_sticks_is_not_called_free(line, points, sticking):
+    """Stick-slip lasts to 4.2 rad/s; it is moderate where the bit sticks, and the severity allows that."""
+    one = told(grid({"up": [line], "down": [line], "same": ["......"]}, SPEEDS), [4.2])
+    for name in SEVERITIES:
+        one.variables[name] = np.where((one["response"] > 0) & (name == "stick_slip_severity"), 2, 0).astype(np.int8)
+    found = find_window(one, severity=2)
+    stick_slip = found["stick_slip"]
+    assert (stick_slip["points"], stick_slip["sticking"], stick_slip["started"]) == (points, sticking, 0)
+    text = next(one for one in warnings(found, "si") if one.startswith("STICK-SLIP MAY LAST"))
+    assert ("free in the sweep" in text) == (sticking == 0)
+    assert ("which stick there, at a severity of 2 at most" in text) == (sticking > 0)
+    assert (f"{sticking} of which" in text) == (0 < sticking < points)
 
 
 def test_a_start_at_the_point_shows_that_it_lasts_below_too():

@@ -199,7 +199,8 @@ def test_what_whirls_with_the_weight_raised_is_not_reached_so():
         (
             made(WALL, up=["sb....w"] * 5, down=ROLLS),
             "Bring up to 100 rpm off bottom, set 15 klbf; stay at 90 to 120 rpm",
-            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm.",
+            "then set 15 klbf; with the weight on it comes up through bit-bounce at 80 rpm; with the speed first it "
+            "was not run (--trials tries it).",
         ),
         (
             made(WALL, along="wob", up=["b", "s", ".", ".", "."], speeds=SPEEDS[3:4]),
@@ -213,6 +214,7 @@ def test_a_vibration_that_the_way_in_crosses_is_named(results, begins, line):
     found = find_window(results)
     assert words_of(found, "field").sentence().startswith(begins)
     assert texts(results)[0].endswith(line)
+    assert ("it was not run" in texts(results)[1]) == ("it was not run" in line), "what is ordered says so, too"
     assert "--trials" not in texts(results)[1]
 
 

@@ -2,13 +2,14 @@
 out by hand."""
 
 import json
+import re
 from itertools import permutations
 
 import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.analysis.advice import RECOMMENDED, Recovery
+from nsdrill.analysis.advice import RECOMMENDED, Kind, Recovery
 from nsdrill.analysis.contrast import contrast
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.maps import classes, regions
@@ -20,7 +21,7 @@ from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
 from nsdrill.words.answer import answer, needed_for_words, warnings
 from nsdrill.words.orders import Orders
 
-from .grids import grid
+from .grids import grid, told
 
 # Five weights, the lowest first, by seven speeds. Going down there is less of it.
 UP = ["sssssww", "s....ww", "s....ww", "s.....w", "bbbbbbb"]
@@ -466,6 +467,31 @@ def test_a_sweep_that_begins_above_the_onset_of_stick_slip_is_a_hint_where_nothi
         assert bool(find_window(results)["passed_over"]) == is_hint
 
 
+@pytest.mark.parametrize("weights", [[20e3], [10e3, 20e3, 30e3]])
+def test_where_it_is_known_to_which_speed_stick_slip_lasts_the_first_speed_changes_no_order(weights):
+    """Of one string whose stick-slip begins at 1.9 and lasts to 4.2 rad/s: swept from below its onset, from
+    between, and from above where it lasts, it is brought up to the same speeds. Where the model does not tell
+    to which speed it lasts, what begins above the onset is a hint."""
+    speeds = np.arange(1.0, 12.0)
+    onset = {**WALL, "name": "stick_slip_onset", "lasts": None, "min": 1.9, "max": 1.9, "weights": [20e3, 30e3]}
+
+    def answer_from(first, *lasts_to):
+        line = ("s.........w")[int(first) - 1 :]
+        one = grid({way: [[line] * len(weights)] for way in ("up", "down")}, speeds[speeds >= first], weights)
+        if first > 1.9:
+            one.attrs["lasting_motions"] = json_text([{**onset, "from": first, "everywhere": True}])
+        return find_window(told(one, list(lasts_to)) if lasts_to else one)
+
+    lasts_to = [4.2] if len(weights) == 1 else [1.5, 4.2, 4.3]
+    swept = [answer_from(first, *lasts_to) for first in (1.0, 2.0, 3.0, 5.0)]
+    assert [one["passed_over"] for one in swept] == 4 * [[]]
+    assert {one["answer"].kind for one in swept} <= set(RECOMMENDED)
+    assert not any("THE SWEEP BEGINS" in text for one in swept for text in warnings(one, "si"))
+    safe = {tuple(one["maps"][0]["rows"][weights.index(20e3)]["safe"][0]) for one in swept}
+    assert safe == {(5.0, 10.0)}
+    assert answer_from(2.0)["answer"].kind == Kind.HINT
+
+
 def test_points_that_are_free_from_a_start_only_do_not_widen_what_is_free_from_below():
     """Beyond 4 rad/s the way up whirls, whatever a start at the point does: no point may be
     held to beyond it, and the room ends there."""
@@ -514,6 +540,37 @@ def test_a_point_at_which_another_motion_may_last_is_safe_on_a_condition():
         assert "MAY LAST" not in said(results)[1]
     results.attrs["lasting_motions"] = json_text([{**WALL, "lasts": None}])
     assert find_window(results)["passed_over"] == []
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("rotary_speed: [9 rad/s, 12 rad/s]", "ONE AXIS ONLY: the speed was swept, at 3000 m, 20 kN."),
+        ("rotary_speed: [9 rad/s, 12 rad/s], drive.kind: [ideal, soft_torque]", "ONE AXIS ONLY: the speed was swept"),
+        (
+            "along: rotary_speed, rotary_speed: [9 rad/s, 12 rad/s], depth: [2000 m, 3000 m]",
+            "ONE WEIGHT ONLY: all runs are at 20 kN. Of",
+        ),
+        (
+            "along: wob, wob: [20 kN, 40 kN], depth: [2000 m, 3000 m]",
+            "ONE SPEED ONLY: all runs are at 10 rad/s (95.5 rpm). Of",
+        ),
+        ("along: wob, rotary_speed: [9 rad/s, 12 rad/s], wob: [20 kN, 40 kN], drive.kind: [ideal, soft_torque]", ""),
+    ],
+)
+def test_a_setting_that_has_one_value_is_told_whatever_else_is_swept(tmp_path, axes, words):
+    """The kind of a drive, or the depth, is no setting beside which another weight was tried."""
+    study = f"""
+modes: {{axial: frozen, lateral: frozen}}
+operation: {{depth: 3000 m, wob: 20 kN, rotary_speed: 10 rad/s}}
+sweep: {{{axes}, procedure: up}}
+simulation: {{transient: 1 s, observe: 2 s}}
+"""
+    (tmp_path / "one.yaml").write_text(study, encoding="utf-8")
+    nsdrill.run(nsdrill.load_study(tmp_path / "one.yaml"), tmp_path / "one.h5")
+    warned = " ".join(nsdrill.window(tmp_path / "one.h5")["answer"]["warnings"])
+    assert words in warned
+    assert bool(words) == bool(re.search("ONE (AXIS|WEIGHT|SPEED) ONLY", warned))
 
 
 def test_without_a_safe_point_the_warnings_are_of_all_points():

@@ -91,6 +91,11 @@ class Border:
     """Whether it is free, but a motion was still changing there."""
     is_on_wall: bool = False
     """Whether it is allowed, but off bottom the collar reaches the wall there, on the way in and when picked up."""
+    is_partly_known: bool = False
+    """Whether some runs of it are known, of a point of which others are not, or runs elsewhere leave open
+    whether it is free; the responses are those of the known ones."""
+    is_met_on_way_in: bool = False
+    """Of such a point whether the responses are those on the way in."""
     free_from: tuple[int, int] | None = None
     """Of a point that is free from some of many starts only: from how many, of how many."""
 
@@ -556,7 +561,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     is_quick, carried = kind == Kind.QUICK_START and "up" in maps.ways, maps.along or maps.x
     slowly, slowly_at, begins = _slowly(maps, cell, ends) if is_quick else (0, {}, None)
     held = from_rest(maps.results)
-    is_unreached = kind == Kind.QUICK_START and way is not None and (way.first == First.NONE or held)
+    # a bit that was at rest shows nothing of a string that is brought there turning
+    is_unreached = kind == Kind.QUICK_START and (held or (way is not None and way.first == First.NONE))
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
     tried_kind = kind if jump is not None and kind != Kind.HINT else None
@@ -746,13 +752,14 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
     """The critical speeds above which the sweep begins, so that a point was not brought up
-    through them; that of stick-slip only at its weights, and where the bit did not stick
-    on the way up to the point."""
+    through them; that of stick-slip only at its weights, where the bit did not stick
+    on the way up to the point, and where it is not known to which speed stick-slip lasts: where that
+    is, no point up to there is allowed, and of one above it makes no difference where the sweep begins."""
 
     def concerns(one: Answer) -> bool:
         if (weights := one.get("weights")) is None:
             return True
-        if cell is None or "up" not in maps.ways:
+        if cell is None or "up" not in maps.ways or (maps.tried is not None and maps.tried[cell].all()):
             return False
         at: dict[str, float] = {**maps.results.held, **_values(maps, cell)}
         if maps.third:
@@ -854,12 +861,15 @@ def _border(
     grade = Grade(int(maps.grade[there]))
     bits = int(maps.bits_on(maps.way_in)[there])
     is_started = False
-    if not bits and grade not in (Grade.UNKNOWN, Grade.ANY_HISTORY):
+    on_way_in = bits != 0
+    if not bits and grade != Grade.ANY_HISTORY:
         carried = [int(maps.bits_on(way)[there]) for way in maps.ways if way != "same"]
         bits = int(np.bitwise_or.reduce(np.array(carried, dtype=int), initial=0))
         if not bits and "same" in maps.ways:
             bits, is_started = int(maps.bits_on("same")[there]), True
-    to = sticks_to(maps, there) if grade == Grade.STICKS_ON else None  # type: ignore[arg-type]
+    is_lasting = grade == Grade.STICKS_ON or (grade == Grade.UNKNOWN and _lasts_at(maps, there))  # type: ignore[arg-type]
+    to = sticks_to(maps, there) if is_lasting else None  # type: ignore[arg-type]
+    is_partly = grade == Grade.UNKNOWN and any(np.any(way[there] > Label.UNKNOWN) for way in maps.labels)
     names = names_of(bits, responses_in(maps.results.attrs))
     jumps = jumps_of(maps)
     gaps = tuple(one for one in jumps if one.motion is None)
@@ -875,6 +885,8 @@ def _border(
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
+        is_partly_known=is_partly,
+        is_met_on_way_in=is_partly and on_way_in,
         free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
     )
 
@@ -1038,12 +1050,16 @@ def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None
         if any(label != Label.CLEAR for label in labels):
             bad = [way for way, label in zip(ways, labels, strict=True) if label in (Label.CRITICAL, Label.STALLED)]
             met = int(maps.bits[bad[0]][there][0]) if bad else 0
-            grade = Grade.UNKNOWN if not bad and Label.UNKNOWN in labels else None
-            grade = Grade.STALLED if any(labels[ways.index(way)] == Label.STALLED for way in bad) else grade
-            grade = grade if bad or grade is not None else Grade.BORDERLINE
             value = float(maps.values((maps.third, maps.y, maps.x)[place])[index])
-            return Border(value, grade or Grade.CRITICAL, names_of(met, responses_in(maps.results.attrs)))
+            return Border(value, _grade_below(labels), names_of(met, responses_in(maps.results.attrs)))
     return None
+
+
+def _grade_below(labels: Sequence[int]) -> Grade:
+    """What is told of a point with runs of these labels, not all of them clear: that it vibrates where one does,
+    that nothing is known where one is not."""
+    told = {Label.STALLED: Grade.STALLED, Label.CRITICAL: Grade.CRITICAL, Label.UNKNOWN: Grade.UNKNOWN}
+    return next((grade for label, grade in told.items() if label in labels), Grade.BORDERLINE)
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
@@ -1522,6 +1538,8 @@ FLAGS = (
     "is_unsettled",
     "is_started",
     "is_on_wall",
+    "is_partly_known",
+    "is_met_on_way_in",
 )  # of a border, given where they hold
 
 

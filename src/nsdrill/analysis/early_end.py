@@ -10,13 +10,14 @@ import numpy as np
 from nsdrill.analysis.counts import carried_axis
 from nsdrill.analysis.safety import DECIDING, known_outcome
 from nsdrill.analysis.sticking import joined
-from nsdrill.data import Answer, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.models.numbers import FOLD_ERROR
-from nsdrill.models.responses import STICK_SLIP
+from nsdrill.models.responses import RESPONSES, STICK_SLIP, StickSlip
 
 SPEED = "rotary_speed"
 EARLY = 0.9  # of the speed below which stick-slip lasts
-USES = ("status", "response", "wall_contact_fraction", *DECIDING)
+INDEX = RESPONSES["stick_slip"].feature
+USES = ("status", "response", "wall_contact_fraction", INDEX, *DECIDING)
 
 # [rad/s] at many values of the axes but the speed; None where stick-slip lasts at no speed, NaN where not known
 Folds = Callable[[Sequence[Mapping[str, float]]], list[float | None]]
@@ -40,12 +41,12 @@ def ends_early(results: Results, folds: Folds) -> list[Answer]:
         return []
     codes = known_outcome(results)[results.procedures.index("up")]
     speeds, place = results.coords[SPEED], results.axes.index(SPEED)
-    lines = np.moveaxis(codes, place, -1)
+    lines, sticks = (np.moveaxis(each, place, -1) for each in (codes, _sticks(results, codes)))
     ends: list[tuple[Answer, dict[str, float]]] = []
     others = [name for name in results.axes if name != SPEED]
     for index in np.ndindex(lines.shape[:-1]):
         line, unknown = lines[index], lines[index] < 0
-        sticking = np.flatnonzero(joined(~unknown & (line & STICK_SLIP > 0), line, unknown))
+        sticking = np.flatnonzero(joined(~unknown & sticks[index], line, unknown))
         if len(sticking) == 0 or sticking[-1] + 1 == len(speeds) or lines[index][sticking[-1] + 1] < 0:
             continue
         is_free = bool(lines[index][sticking[-1] + 1] == 0)
@@ -59,6 +60,15 @@ def ends_early(results: Results, folds: Folds) -> list[Answer]:
             told = {**speeds_of, "fold": limit, "alone": [limit, FOLD_ERROR * limit]}
             found.append({**one, **{name: {"value": value, "units": "rad/s"} for name, value in told.items()}})
     return sorted(found, key=lambda one: (not one["free"], one["by"]["value"] / one["fold"]["value"]))
+
+
+def _sticks(results: Results, codes: Array) -> Array:
+    """Where the way up sticks, of these outcomes: a threshold above the default takes the label away, and ends
+    nothing."""
+    found = codes & STICK_SLIP > 0
+    if INDEX in results.variables:
+        found |= results[INDEX][results.procedures.index("up")] > StickSlip().stick_slip_index
+    return np.asarray((codes >= 0) & found)
 
 
 def _on_wall(results: Results, place: int, index: tuple[int, ...], speed: int) -> bool:

@@ -165,9 +165,11 @@ class Ways:
         # a run that was lowered there had not left steady drilling yet
         grades = np.where((grades == Grade.ONLY_FROM_ABOVE) & self.unstable, Grade.CRITICAL, grades)
         allowed = is_allowed(grades)
+        # nor does a way down that is not known take away what is known of stick-slip
+        is_open = is_clear & (grades == Grade.UNKNOWN)
         grades = np.select(
             [
-                allowed & (self.unstable | (self.stuck & self.lasts)),
+                (allowed | is_open) & (self.unstable | (self.stuck & self.lasts)),
                 allowed & ((self.stuck & self.open) | (self.may & (self.lasts | self.open))),
                 (grades == Grade.ANY_HISTORY) & (self.lasts | self.open),
             ],
@@ -184,6 +186,7 @@ class Ways:
             # a bit that sticks once, in a hard streak, does not come free again
             sticks = has_way & is_started & self.lasts & ~np.asarray(self.between)
             is_lost = is_lost | (is_started & self.open & ~np.asarray(self.lasts))
+            is_lost = is_lost & ~((grades == Grade.STICKS_ON) & self.lasts)  # which no start would make free
             grades = np.select(
                 [sticks, has_way & is_lost, has_way & is_started],
                 [Grade.STICKS_ON, Grade.UNKNOWN, Grade.FROM_START],

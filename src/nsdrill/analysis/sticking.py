@@ -84,8 +84,10 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
     estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
-    if is_held:  # a bit that was held at the point, let go and came free
-        free = (~critical & known & (bits == 0))[results.procedures.index("same")]
+    doubted = np.zeros(shape, dtype=bool)
+    if is_held:  # a bit that was held at the point, let go and came free; of one that failed it is not known
+        same = results.procedures.index("same")
+        free, doubted = (~critical & known & (bits == 0))[same], unknown[same]
         estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
     to = np.maximum(np.broadcast_to(met_to, shape), estimate)
     met = may = np.zeros(shape, dtype=bool)
@@ -98,7 +100,8 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     if "same" in results.procedures:
         same = results.procedures.index("same")
         between, perhaps = _between(alone[same], place), _between(alone[same] | unknown[same], place)
-    lasts = (to > 0.0) & (speed <= to * (1.0 + _SLACK))
+    certain = np.where(doubted, np.broadcast_to(met_to, shape), to)
+    lasts = (certain > 0.0) & (speed <= certain * (1.0 + _SLACK))
     return Sticking(
         lasts,
         np.asarray(~lasts & (speed <= open_to)),

@@ -13,9 +13,9 @@ from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, 
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import TOP_SPEED, after_failure, beyond, known
 from nsdrill.analysis.doubts import doubts_in
-from nsdrill.analysis.graded import drilled_runs, graded
+from nsdrill.analysis.graded import Graded, drilled_runs, graded
 from nsdrill.analysis.grades import BOUNCE, driven_by_mud, lasting, spread_of
-from nsdrill.analysis.histories import Grade, is_allowed
+from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
 from nsdrill.analysis.maps import SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
@@ -243,6 +243,7 @@ def _stick_slip(maps: Classes) -> Answer:
     return {
         "points": int(np.count_nonzero(grades.grade == Grade.STICKS_ON)),
         "started": _started_only(maps, up),
+        "sticking": _sticking(maps, up),
         "modelled": is_known,
         "met": is_met,
         "untried": untried,
@@ -255,9 +256,22 @@ def _started_only(maps: Classes, up: int | None) -> int:
     free when started there only: of samples in each in which it may last."""
     if up is None or "same" not in maps.grades.ways:
         return 0
+    return _lasting_where(maps, maps.grades.bars[up] != 0)
+
+
+def _sticking(maps: Classes, up: int | None) -> int:
+    """At how many of them the way up sticks itself, at a severity that is allowed."""
+    if up is None:
+        return 0
+    grades = maps.grades
+    return _lasting_where(maps, (grades.bits[up] & STICK_SLIP > 0) & (grades.bars[up] == 0))
+
+
+def _lasting_where(maps: Classes, chosen: Array) -> int:
+    """How many of the points at which stick-slip may last are ``chosen``, of samples in each in which it may."""
     lasts = maps.grades.grades == Grade.STICKS_ON
-    alone = ~lasts | (maps.grades.bits[up] != 0)
-    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & alone.all(axis=-1)))
+    every = (~lasts | chosen).all(axis=-1)
+    return int(np.count_nonzero((maps.grades.grade == Grade.STICKS_ON) & lasts.any(axis=-1) & every))
 
 
 def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
@@ -309,11 +323,22 @@ def _outcomes(maps: Classes) -> Answer:
     unknown = (maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run)
     return {
         "unknown_failed": int(np.count_nonzero(unknown & inside)),
+        "unknown_elsewhere": int(
+            np.count_nonzero((maps.state == UNKNOWN) & maps.grades.was_run & _is_known(maps.grades) & inside)
+        ),
         "obstacles": {
             name: None if name in unseen else int(np.count_nonzero((maps.bits & one.bit > 0) & inside))
             for name, one in told_responses(maps.results.attrs).items()
         },
     }
+
+
+def _is_known(grades: Graded) -> Array:
+    """Where every run of a point is known, [third, y, x], so that only runs elsewhere leave it open; nowhere of
+    samples or starts."""
+    if grades.confidence is not None or grades.share is not None:
+        return np.zeros(grades.grade.shape, dtype=bool)
+    return np.asarray((grades.labels > Label.UNKNOWN).all(axis=(0, -1)))
 
 
 def _answer(results: Results, severity: int | None, confidence: float | None, maps: Classes) -> Advice:
@@ -412,9 +437,11 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
-    carried``, ``3 off speed``, ``3 failed, 12 inferred, without a severity``."""
-    failed = summary["unknown_failed"]
-    inferred = summary["unknown"] - failed
+    carried``, ``3 off speed``, ``3 failed, 30 left open by such runs at other points, 12 inferred, without a
+    severity``."""
+    elsewhere = summary["unknown_elsewhere"]
+    failed = summary["unknown_failed"] - elsewhere
+    inferred = summary["unknown"] - summary["unknown_failed"]
     causes = {
         "failed": summary["failed"],
         "not run yet": summary["pending"],
@@ -424,7 +451,9 @@ def unknown_words(summary: Answer) -> str:
     }
     *head, last = [word for word, told in causes.items() if told] or ["failed"]
     why = f"{', '.join(head)} or {last}" if head else last
-    return ", ".join([f"{failed} {why}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred))
+    others = f"{elsewhere} left open by runs at other points" + ("" if failed else f" ({why})")
+    told = [f"{failed} {why}"] * bool(failed) + [others] * bool(elsewhere)
+    return ", ".join(told + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
 def _inside(maps: Classes) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
-from nsdrill.analysis.histories import Grade
+from nsdrill.analysis.histories import Grade, Label
 from nsdrill.analysis.limits import (
     SPEED,
     Limit,
@@ -383,11 +383,11 @@ def _numbers(one: Sheet) -> Iterator[tuple[str, str]]:
             yield _over_samples(fmt, axis, ends, f"stick-slip ends{at}")
     elif _sticks(one):
         yield _sticking(one, row, at)
-    if maps.confidence is not None:
-        last = allowed_over_samples(maps, cell) if cell is not None else None
-        yield _over_samples(fmt, axis, last, f"never exceed{at}")
-    else:
-        yield _exceed(one)
+    limit, why = _exceed(one)
+    if maps.confidence is not None and cell is not None and (last := allowed_over_samples(maps, cell)) is not None:
+        scatter = fmt.range(axis, [last.values[0], last.values[-1]])  # whatever else bounds what is never exceeded
+        why += f"; the last that is allowed{at} in 5 to 95 % of {last.of} samples: {scatter}"
+    yield limit, why
     if "whirl" in one.responses:
         yield _pass(one)
 
@@ -405,7 +405,7 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
         begins = fmt.value(axis, float(maps.values(axis)[0]))
         if _is_untold(one) and axis == SPEED:
             return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
-        return ("not known" if _is_open(one, row) else "none"), f"no stick-slip is known{at}, from {begins} up"
+        return _without_sticking(one, row), f"no stick-slip is known{at}, from {begins} up"
     if axis == SPEED and (_is_untold(one) or not step.is_known):
         met = "in the runs it goes on to the end of the map"
         met = met if step.next is None else f"in the runs it ended at {_step(fmt, axis, step)}"
@@ -415,6 +415,17 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     if not _is_met(one, row, step):
         words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
+
+
+def _without_sticking(one: Sheet, row: int) -> str:
+    """To which speed stick-slip lasts in a row of which no run sticks: where the way in is known and others are not,
+    the model tells it."""
+    maps = one.maps
+    if not _is_open(one, row):
+        return "none"
+    is_run = bool(np.all(maps.labels[maps.ways.index(maps.way_in), one.plane, row] > Label.UNKNOWN))
+    is_modelled = maps.x == SPEED and maps.modelled is not None and bool(maps.modelled[one.plane, row].all())
+    return "none by the model" if is_run and is_modelled else "not known"
 
 
 def _is_untold(one: Sheet) -> bool:
@@ -660,7 +671,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     step, limits = end_of_sticking(one.whole, number, row), next_limits(one.whole, number, row)
     none = "not known" if _is_open(one, row) else "none"
     is_untold = maps.x == SPEED and (_is_untold(one) or _is_untold_in(one, row))
-    ends = "none met" if is_untold and none == "none" else none
+    ends = "none met" if is_untold and none == "none" else _without_sticking(one, row)
     if step is not None:
         ends = span(step) if step.next is not None else f"above {span(step)}"
         ends = f"from {ends}" if step.last is None else ends
@@ -685,8 +696,10 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 
     def met(limit: Limit) -> str:
         found = " + ".join(one.responses[name].words for name in limit.responses)
-        # what the map paints there first
-        text = found if found and limit.grade == Grade.STICKS_ON else OF_GRADES.get(limit.grade) or found
+        # what the map paints there first; what is met there is known, whatever else is not
+        text = (
+            found if found and limit.grade in (Grade.STICKS_ON, Grade.UNKNOWN) else OF_GRADES.get(limit.grade) or found
+        )
         return text or "critical"
 
     def words(limit: Limit) -> str:

@@ -382,12 +382,27 @@ def _of_map(
             f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
             "with procedure: up-down to learn whether a vibration, once started, ends."
         )
-    if len(summary["axes"]) == 1 and not summary["third"]:
+    yield from _of_one_value(summary, fmt)
+    yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
+    yield from _of_edges(summary, best, fmt)
+    yield from of_drag(summary)
+    yield from of_lumped(summary, units)
+
+
+def _of_one_value(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """That a setting has one value in all of the file, whatever else is swept: words, as kinds of drives, are no
+    settings, and no more are the depth and numbers of the string."""
+    if len(summary["axes"]) == 1:
         held = fmt.setting(summary["fixed"], summary["fixed"])
         yield (
             f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
             f"{f', at {held}' if held else ''}. Of other settings nothing is known."
         )
+        return
+    for axis, words in (("wob", "weight"), ("rotary_speed", "speed")):
+        if axis in summary["fixed"]:
+            at = fmt.value(axis, summary["fixed"][axis])
+            yield f"ONE {words.upper()} ONLY: all runs are at {at}. Of other {words}s nothing is known."
 
 
 def of_lumped(summary: Answer, units: str) -> Iterator[str]:

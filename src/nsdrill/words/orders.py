@@ -73,6 +73,8 @@ class Orders(Words):
         if self.is_of_starts:
             return f"Find a way in first: no run was brought up to {self.setting()}. Have a map run that is brought up."
         if way is None:
+            if self.advice.is_unreached:
+                return f"Find a way in first: to {self.setting()} none was run."
             if self.advice.grade == Grade.FROM_START:
                 return f"Start at {self.setting()}."
             return f"{begin[0].upper()}{begin[1:].rstrip(',')}."

@@ -42,10 +42,14 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         if axis != "rotary_speed" and first["from"] != first["to"]:  # it differs from point to point
             to += f" at {fmt.value(axis, first['to'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
+        free = "free in the sweep"
+        if sticking := found["sticking"]:
+            others = "" if sticking == found["points"] else f" {sticking} of"
+            free = f"of the sweep,{others} which stick there, at a severity of {summary['severity']} at most"
         some, of = found["started"], "" if summary["confidence"] is None else " in some of the samples"
         started = f", {'all' if some == found['points'] else some} of them when started there only" if some else ""
         yield (
-            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} free in the sweep{of}{started}, as"
+            f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} {free}{of}{started}, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
             f"lasts {to}{f', and a step of the sweep{step} ended it' if first['met'] else ''}. They are not allowed."
         )

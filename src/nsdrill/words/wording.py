@@ -37,6 +37,7 @@ MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
+NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
@@ -553,9 +554,10 @@ class Words:
     def _unreached(self) -> str:
         """Of a setting to which no way in is known."""
         way = self.advice.way_in
-        assert way is not None
         verbs = self.verbs_of(self.advice.slowly) or "vibrates"
-        if way.first == First.NONE:
+        if way is None:
+            why = "Started there with the bit at rest it is free; how it is reached was not run."
+        elif way.first == First.NONE:
             stops = "no drive passes" if not way.is_fast_enough else "off bottom the bit would swing back to"
             why = f"No way in is known: slowly it {verbs}, and {stops} {self.wall_range(way)}."
         else:  # the starts say nothing of a string that turns
@@ -600,7 +602,7 @@ class Words:
                 if border and border.grade == Grade.STALLED and border.value is not None:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
-                    return f"at {self.fmt.named(axis, self.fmt.value(axis, border.value))} nothing is known"
+                    return self._beyond(axis, border)
         if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
             return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
@@ -794,10 +796,21 @@ class Words:
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": {down} it {verbs}" if verbs else "")
         if border.grade == Grade.UNKNOWN:
-            return f"{at} nothing is known"
+            return f"{at}{self._known_of(border, verbs, down)}"
         if border.grade == Grade.BORDERLINE:
             return f"{at} it is near a limit" + (f": {down} it {verbs}" if verbs else "")
         return f"{at} it {verbs or 'is critical'}"
+
+    def _known_of(self, border: Border, verbs: str, down: str) -> str:
+        """What is known of a point of which not all is: `` it whirls, and a start there is not known to be safe``."""
+        sticks = f"stick-slip, once started, {self._to(border.sticks_to)}" if border.sticks_to is not None else ""
+        if not border.is_partly_known:
+            return f" nothing is known{f' but that {sticks}' if sticks else ''}"
+        if verbs and border.is_met_on_way_in:
+            return f" it {verbs}, and a start there is not known to be safe"
+        if verbs:
+            return f" {down} it {verbs}, and the rest is not known"
+        return f" it is not known to be free{f', and {sticks}' if sticks else ''}"
 
     @property
     def _down(self) -> str:
@@ -810,7 +823,7 @@ class Words:
         assert way is not None
         told = trial_words.ways_words(self.advice.trials) if self.advice.trials else ""
         text = "none is known" if self.is_withdrawn else self.way(way)
-        if self.untried_rate() in text and self.untried_rate():
+        if NOT_RUN in text or (self.untried_rate() in text and self.untried_rate()):
             text += " (--trials tries it)"
         slowly = f" {where}." if (where := self.slowly_within()) else ""
         return f"Way in: {text[:1].lower()}{text[1:]}.{slowly}{f' Trials: {told}.' if told else ''}"
@@ -923,7 +936,7 @@ class Words:
             then += f", through {self.crossed()}" if way.crossed else ""
             then += f"; {untried}" if (untried := self.untried_rate()) else ""
         elif way.crossed and not advice.trials:
-            then += f"; with the weight on it comes up through {self.crossed()}"
+            then += f"; with the weight on it comes up through {self.crossed()}; {NOT_RUN}"
         if self._is_shaken(way):
             then += f"; {SHAKEN}"
         return f"Off bottom raise the speed{to}{through}{rate}, then {then}"
@@ -1029,7 +1042,7 @@ class Words:
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
-            return "nothing is known"
+            return "it is not known to be free"
         if bound.grade == Grade.STALLED:
             return "the bit stalls"
         verbs = self.verbs_of(bound.responses)
