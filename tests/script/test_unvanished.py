@@ -100,7 +100,7 @@ def test_where_a_stable_motion_vanishes_it_jumps(followed):
 
 
 def test_a_pitchfork_between_unstable_motions_keeps_the_folds_beside_it(followed):
-    data, found, _ = followed(subcritical, {"mu": (-0.5, 0.5), "seeds": [0.4, -0.2]})
+    data, found, _ = followed(subcritical, {"mu": (-0.5, 0.5), "seeds": [0.4, -0.2]}, points=1000)
     labels, mu = data["label"].values, data["parameters_mu"].values
     assert mu[labels == FOLD] == pytest.approx(-0.25, abs=1e-6)
     assert mu[labels == BRANCH] == pytest.approx(0.0, abs=1e-6)
