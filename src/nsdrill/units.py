@@ -179,7 +179,12 @@ def _exact(number: str) -> Fraction:
 
 def counts_cycles(units: str) -> bool:
     """Whether such a unit is one of frequency by its name, as Hz is, and 1/s is not."""
-    return bool(units) and not {"Hz", "hertz"}.isdisjoint(_parts_of(name)[1] for name, _ in _powers(_tidy(units)))
+    return bool(units) and bool(cycles_in(units))
+
+
+def cycles_in(units: str) -> Fraction:
+    """The power of cycles in such a unit, one in Hz: a cycle is no number, but 2 pi rad."""
+    return sum((power for name, power in _powers(_tidy(units)) if _parts_of(name)[1] in ("Hz", "hertz")), Fraction(0))
 
 
 def is_unit(text: str) -> bool:

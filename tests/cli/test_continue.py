@@ -148,6 +148,7 @@ PART = {
     "stable": [[4.5, 4.0]],
     "stable_ends": [["point", "branch"]],
     "stable_turns": [[]],
+    "not_decided": [],
     "looked_between": True,
     "at_one_value": False,
     "end_reason": "the end of the range",

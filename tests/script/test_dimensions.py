@@ -122,6 +122,79 @@ def test_a_feature_that_may_be_right_is_silent(script, unit, value):
     script(TEXT.format(**right) + FEATURE.format(unit=unit, value=value).replace("x, v", "x, v, loose"), "dims")
 
 
+TURNING = """
+import numpy as np
+import nsdrill
+from nsdrill import number
+
+@nsdrill.model
+def turning(
+    t, a=number(0.1, "rad"), w=number(1.0, "rad/s"), x=number(0.1, "m"),
+    *, decay=number(0.1, {unit!r}), fast=number(2.0, {unit!r}),
+):
+    return {{"a": {angle}, "w": -0.1 * w, "x": {slope}}}
+"""
+OF_OWN = """
+
+@turning.feature("own", {unit!r}, mean=True)
+def own(w, fast):
+    return {value}
+"""
+OF_BIT = """
+import numpy as np
+import nsdrill
+
+@nsdrill.feature("torsion", "turns_of_bit", "Hz", mean=True)
+def turns_of_bit(bit_speed):
+    return {value}
+"""
+CYCLES = r"Hz counts cycles of 2 \* np\.pi rad"
+
+
+@pytest.mark.parametrize(
+    ("angle", "slope", "said"),
+    [
+        ("w", "-decay * x", "found the slope of x in m cycles/s; allowed: in m/s"),
+        ("w", "-fast**2 * x / decay", "found the slope of x in m cycles/s; allowed: in m/s"),
+        ("fast", "0.0 * x", "found the slope of a in Hz; allowed: in 1/s"),
+        ("w + fast", "0.0 * x", "found a sum of values in 1/s and in Hz"),
+        ("w if w > decay else 0.0", "0.0 * x", "found a comparison of values in 1/s and in Hz"),
+    ],
+)
+def test_cycles_are_no_rate_of_an_angle(script, angle, slope, said):
+    with pytest.raises(NsdrillError, match=rf"turns\.py, line \d+: .*{re.escape(said)}.*{CYCLES}"):
+        script(TURNING.format(unit="Hz", angle=angle, slope=slope), "turns")
+    script(TURNING.format(unit="1/s", angle=angle, slope=slope), "turns")
+    script(TURNING.format(unit="Hz", angle="2 * np.pi * fast", slope="-2 * np.pi * decay * x"), "turns")
+
+
+@pytest.mark.parametrize(
+    ("given", "unit", "value", "is_right"),
+    [
+        ("1/s", "Hz", "w", False),
+        ("1/s", "Hz", "fast", False),
+        ("Hz", "rad/s", "fast", False),
+        ("Hz", "1/s", "fast", False),
+        ("Hz", "Hz", "fast", True),
+        ("Hz", "rad/s", "2 * np.pi * fast + w", True),
+        ("1/s", "Hz", "w / (2 * np.pi)", True),
+        ("1/s", "1/s", "w", True),
+    ],
+)
+def test_a_feature_in_hertz_counts_cycles(script, given, unit, value, is_right):
+    text = TURNING.format(unit=given, angle="w", slope="0.0 * x") + OF_OWN.format(unit=unit, value=value)
+    if is_right:
+        script(text, "turns")
+        return
+    with pytest.raises(NsdrillError, match=rf"turns\.py, line \d+: feature own: found a value in .*{CYCLES}"):
+        script(text, "turns")
+
+
+def test_a_feature_in_hertz_of_a_model_of_nsdrill_counts_cycles(script):
+    with pytest.raises(NsdrillError, match=rf"bits\.py, line \d+: feature turns_of_bit: found .* in 1/s.*{CYCLES}"):
+        script(OF_BIT.format(value="bit_speed"), "bits")
+
+
 @pytest.mark.parametrize("name", ["christoforou_yigit", "segments", "beam", "regenerative", "torsion"])
 def test_no_model_of_nsdrill_contradicts_the_units_of_its_states(name):
     about, model = described(name), model_named(name)

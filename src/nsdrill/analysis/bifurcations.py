@@ -12,6 +12,7 @@ from nsdrill.records import dataclass
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
 REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9
 BIFURCATIONS = (HOPF, FOLD, BRANCH, DOUBLING, TORUS)
+NOT_DECIDED = -1  # in place of the number of unstable directions: a multiplier lies on the unit circle within its error
 # of what emanates at a Hopf bifurcation or a doubling: none does, stable beside it, unstable, not known
 NONE, SUPERCRITICAL, SUBCRITICAL, UNKNOWN = 0, -1, 1, 2
 CRITICALITY_NAMES = {SUPERCRITICAL: "supercritical", NONE: "none", SUBCRITICAL: "subcritical", UNKNOWN: "not_known"}
@@ -68,6 +69,28 @@ def meanings_of(model: Description) -> dict[int, Meaning]:
     general = [one if model.drills else replace(one, words=OF_ANY.get(one.code, one.words)) for one in GENERAL]
     model_labels = (Meaning(grazing.code, grazing.name, "", grazing.words) for grazing in model.grazing)
     return {grazing.code: grazing for grazing in sorted((*general, *model_labels), key=lambda grazing: grazing.code)}
+
+
+BOTH_UNSTABLE = "two unstable motions meet and vanish"
+EITHER = "two motions meet and vanish; whether one of them is stable is not decided"
+BOTH_STABLE = "; stable to both sides: nothing jumps"
+
+
+def meaning_beside(meaning: Meaning, before: int | None, after: int | None) -> str:
+    """What a label means between motions with these numbers of unstable directions, None of
+    one that is not known: only what is on a stable motion jumps where it vanishes."""
+    if meaning.code == BRANCH and before == after == 0:
+        return meaning.words + BOTH_STABLE
+    if meaning.code != FOLD or before is None or after is None or 0 in (before, after):
+        return meaning.words
+    return EITHER if NOT_DECIDED in (before, after) else BOTH_UNSTABLE
+
+
+def stability_text(unstable: int) -> str:
+    """The stability of a motion with this number of unstable directions, in words."""
+    if unstable == NOT_DECIDED:
+        return "stability not decided"
+    return f"unstable in {count(unstable, 'direction')}" if unstable else "stable"
 
 
 MOTION_WORDS = {

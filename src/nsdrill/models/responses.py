@@ -8,6 +8,7 @@ response: what the bit and the collar do beside that is in the features alone.
 
 from __future__ import annotations
 
+import keyword
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import asdict, field, fields, make_dataclass, replace
@@ -318,15 +319,21 @@ OF_MOTION = {"axial": ("bit_bounce",), "torsional": ("stick_slip", "stalled"), "
 """The responses of a drill string that it cannot show without each of its motions."""
 
 
+def _is_word(name: str) -> bool:
+    """Whether keys and fields of records may have this name."""
+    return name.isidentifier() and not keyword.iskeyword(name)
+
+
 def own(declared: Response, feature: Variable, place: int, letters: Collection[str]) -> Response:
     """The response that a model declares as its ``place``-th own one, complete: what it
     leaves out follows from its ``feature``. None of the ``letters`` is free for it.
     ValueError where it cannot be one."""
     name = declared.name
     bit = declared.bit or FIRST_OWN << place
-    if not name.isidentifier() or name in _TAKEN or name in RESPONSES:
+    if not _is_word(name) or name in _TAKEN or name in RESPONSES:
         raise ValueError(
-            f"responses: found the name {name!r}; allowed: another word than {', '.join((*_TAKEN, *RESPONSES))}"
+            f"responses: found the name {name!r}; allowed: another word than {', '.join((*_TAKEN, *RESPONSES))}, "
+            "and no keyword of Python"
         )
     if place >= MOST_OWN or bit not in (FIRST_OWN << number for number in range(MOST_OWN)):
         most = FIRST_OWN << (MOST_OWN - 1)
@@ -337,7 +344,7 @@ def own(declared: Response, feature: Variable, place: int, letters: Collection[s
     if (declared.threshold is None) == (declared.thresholds is None):
         raise ValueError(f"responses: found {name} with no threshold, or two; allowed: the threshold of its feature")
     steps = [*declared.limits.values()]
-    words_fit = all(word.isidentifier() and word != "none" for word in declared.limits)
+    words_fit = all(_is_word(word) and word != "none" for word in declared.limits)
     if len(steps) > 4 or steps != sorted(steps) or not words_fit:
         raise ValueError(
             f"responses: found the limits {dict(declared.limits)} of {name}; allowed: up to four words, none of them "

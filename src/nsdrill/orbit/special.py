@@ -6,7 +6,7 @@ Codes and two-letter names are those of AUTO-07p; codes above 100 are nsdrill's 
 
 | special point     | condition                                                        |
 | ----------------- | ---------------------------------------------------------------- |
-| fold              | the continuation parameter has an extremum                       |
+| fold              | the continuation parameter has an extremum, no branch crosses    |
 | period doubling   | the number of real multipliers below -1 changes                  |
 | branch point      | the number of real multipliers above 1 changes without a fold    |
 | torus (or Hopf)   | a complex pair crosses the unit circle; the real numbers stay    |
@@ -20,6 +20,7 @@ bifurcation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -32,6 +33,7 @@ from nsdrill.analysis.bifurcations import (
     EQUILIBRIUM,
     FOLD,
     HOPF,
+    NOT_DECIDED,
     TORUS,
     TOUCHES,
 )
@@ -51,6 +53,10 @@ SHARES = (np.arange(32) + 0.5) / 32  # of the way between two points, where the 
 STENCIL = 4  # points that it is interpolated from
 MIN_MARGIN = 1e-6  # of a multiplier that is not on the unit circle
 REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
+# Arclength between a fold and a branch point that are one: beside a branch point Newton's method finds points of
+# either branch, and its place is not known better.
+SAME_PLACE = 0.01
+PITCHFORK = "pitchfork, where the branch turns back"
 # A branch that keeps the parameter to this, over the arclength, is a family of motions at one value of it, as where
 # energy is conserved. All of them have a multiplier 1: it has neither folds nor branch points that are more than noise.
 VERTICAL = 1e-8
@@ -112,7 +118,23 @@ def special_points(
             point, is_resolved = found
             code = test.code if test.label is None else test.label(point)
             points.append(LabelledPoint(point, code, test.words if is_resolved else UNRESOLVED))
-    return sorted(points, key=lambda entry: entry.point.s)
+    return _with_pitchforks(sorted(points, key=lambda entry: entry.point.s))
+
+
+def _with_pitchforks(points: list[LabelledPoint]) -> list[LabelledPoint]:
+    """The special points of a step, in order; a branch point at which the parameter turns back
+    is one point: a pitchfork, at which no motion vanishes."""
+    turns = [entry.point.s for entry in points if entry.label == FOLD]
+    crossings = [entry.point.s for entry in points if entry.label == BRANCH]
+
+    def is_among(entry: LabelledPoint, places: list[float]) -> bool:
+        return any(abs(entry.point.s - place) < SAME_PLACE for place in places)
+
+    apart = [entry for entry in points if entry.label != BRANCH or not is_among(entry, turns)]
+    return [
+        replace(entry, label=BRANCH, words=PITCHFORK) if entry.label == FOLD and is_among(entry, crossings) else entry
+        for entry in apart
+    ]
 
 
 @dataclass(frozen=True)
@@ -226,7 +248,8 @@ def instability_interval(
         if reached is None or not first.s < reached[1].s < last.s:
             break
         point = reached[1]
-        if np.sum(stability.of([point]) > 0.0) != count:
+        margins = stability.of([point])
+        if np.sum(margins > 0.0) != count and np.min(np.abs(margins)) > MIN_MARGIN:
             points = yield from special_points(problem, first, point, test_functions)
             points.append(LabelledPoint(point))
             points += yield from special_points(problem, point, last, test_functions)
@@ -274,16 +297,29 @@ def multiplier_counts(orbit: Orbit) -> tuple[int, int, int]:
     return above, below, int(np.sum(~is_real & (np.abs(multipliers) > 1.0)))
 
 
-def unstable_beside(entry: LabelledPoint) -> int:
+def circle_tolerance(point: Point) -> float:
+    """The error of the modulus of a multiplier on the unit circle: the orbit is known as well as
+    its residual says."""
+    return max(UNSTABLE_TOLERANCE, point.residual)
+
+
+def unstable_beside(entry: LabelledPoint, finer: Array) -> int:
     """The number of multipliers of a point outside the unit circle, without those that
-    are on it at a bifurcation: that of the more stable side."""
+    are on it at a bifurcation: that of the more stable side. ``NOT_DECIDED`` where none is
+    outside, and one lies on the circle within its error, for which its distance from those with
+    a smaller tolerance, ``finer``, stands too."""
     multipliers = entry.point.found.nontrivial
     if entry.label in BIFURCATIONS:
         is_pair = entry.label in (TORUS, HOPF)
         real = -1.0 if entry.label == DOUBLING else 1.0
         distance = np.abs(np.abs(multipliers) - 1.0 if is_pair else multipliers - real)
         multipliers = np.delete(multipliers, np.argsort(distance)[: 2 if is_pair else 1])
-    return int(np.sum(np.abs(multipliers) > 1.0 + UNSTABLE_TOLERANCE))
+    if not len(multipliers):
+        return 0
+    errors = np.abs(multipliers[:, None] - finer[None, :]).min(axis=1)
+    margins, errors = np.abs(multipliers) - 1.0, np.maximum(errors, circle_tolerance(entry.point))
+    outside = int(np.sum(margins > errors))
+    return NOT_DECIDED if outside == 0 and np.any(margins >= -errors) else outside
 
 
 def _signed_distance(shift: float) -> Callable[[Point], float]:
@@ -344,9 +380,15 @@ def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions
         is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0) and not is_vertical
         if is_fold:
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
+            if previous.orientation * current.orientation < 0.0:
+                # Of the multipliers, two crossings between these points, or a pitchfork, do not tell.
+                functions.append(TestFunction(BRANCH, lambda point: point.orientation))
         if not is_circle and not is_vertical:
             pair = HOPF if motion == EQUILIBRIUM else TORUS
-            functions += _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
+            found = _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
+            # What stays on the unit circle, as where energy is conserved, crosses it by errors alone.
+            noise = max(circle_tolerance(previous), circle_tolerance(current))
+            functions += [one for one in found if max(abs(one.value(previous)), abs(one.value(current))) > noise]
         for contact, graze in grazes.items():
             counted = graze.counted and not is_circle
             functions += _grazing(before.touches[contact], after.touches[contact], contact, graze, counted)

@@ -13,7 +13,7 @@ from nsdrill.models.model_description import Description
 from nsdrill.models.responses import Response
 from nsdrill.models.rules import Order
 from nsdrill.script.reading import Reading
-from nsdrill.script.signature import NAME, Signature
+from nsdrill.script.signature import NAME_FORM, Signature, is_name
 from nsdrill.study.keys import did_you_mean
 from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import Variable
@@ -39,12 +39,14 @@ def response_of(
     def refuse(found: str, allowed: str) -> None:
         read.refuse(f"the response {name!r} with {found}", allowed)
 
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        read.refuse(f"the response {name!r}", f"{FORM}; the name of letters, digits and single underscores")
+    if not is_name(name):
+        read.refuse(f"the response {name!r}", f"{FORM}; the name of {NAME_FORM}")
     if not isinstance(feature, str):
         refuse(f"the feature {feature!r}", "the name of a feature, as 'x_max'")
-    if not isinstance(limits, Mapping) or not all(isinstance(word, str) and NAME.fullmatch(word) for word in limits):
-        refuse(f"limits={limits!r:.60}", "words with their lower bounds, as {'mild': 0.6, 'hard': 1.0}")
+    if not isinstance(limits, Mapping) or not all(map(is_name, limits)):
+        refuse(
+            f"limits={limits!r:.60}", f"words with their lower bounds, as {{'mild': 0.6, 'hard': 1.0}}; of {NAME_FORM}"
+        )
     if len(limits) > 4 or feature in limits:
         refuse(f"the limits {', '.join(limits)}", "up to four words, none of them the feature")
     if not all(isinstance(value, str) for value in looks.values()):

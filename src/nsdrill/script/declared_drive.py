@@ -34,7 +34,7 @@ from nsdrill.models.own_drives import (
 from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_dimensions
-from nsdrill.script.signature import NAME, Signature, number_in
+from nsdrill.script.signature import NAME_FORM, Signature, is_name, number_in
 
 FORM = f"some of {', '.join(READ)}, states of its own with their values at the start, and after * numbers with defaults"
 
@@ -138,8 +138,8 @@ def _signature(function: FunctionType) -> Signature:
             of = f"drive.{one.name}" if one in numbers else one.name
             signature.refuse(f"the name {one.name}, and there is {of} already", "another name")
     for name in (function.__name__, *(one.name for one in (*states, *numbers))):
-        if not NAME.fullmatch(name):
-            signature.refuse(f"the name {name}", "letters, digits and single underscores between them, a letter first")
+        if not is_name(name):
+            signature.refuse(f"the name {name}", NAME_FORM)
     return Signature(
         function,
         {one.name: number_in(signature, one, FORM) for one in states},

@@ -4,7 +4,7 @@ have units.
 What has no unit is not known, a literal among them: it may stand for anything, and what is
 made with it is not known either; where it is added, it has the dimension of the other
 terms. So only what is certain is refused, in the line that does it. An angle has no
-dimension, so that stiffness times angle is a torque. A tanh of what has a
+dimension, so that stiffness times angle is a torque; a cycle of Hz has one, as it is 2 pi of them. A tanh of what has a
 dimension is not refused: published laws of friction have tanh(omega), with 1 s meant.
 """
 
@@ -22,23 +22,28 @@ from nsdrill.errors import InputError
 from nsdrill.models.own_quantities import Measured
 from nsdrill.models.registry import described
 from nsdrill.script.signature import number
-from nsdrill.units import dimensions_of, plain_units
+from nsdrill.units import cycles_in, dimensions_of, plain_units
 
 Dimension = dict[str, Fraction]
 TIME: Dimension = {"[time]": Fraction(1)}
 ANGLE = "[angle]"
-BASES = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A"}
-NAMED = ("N", "N m", "N/m", "N s/m", "N m s", "Pa", "W", "V")
+CYCLE = "[cycle]"
+BASES = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", CYCLE: "cycles"}
+NAMED = ("Hz", "N", "N m", "N/m", "N s/m", "N m s", "Pa", "W", "V")
 OF_NUMBERS = ("sincos", "direction", "tanh", "expm1")  # give numbers
 UNCHECKED = "A number that is given no unit is not checked"
+OF_CYCLES = "Hz counts cycles of 2 * np.pi rad: f in Hz turns at 2 * np.pi * f in rad/s. Others are in 1/s or rad/s"
 
 
 def dimension_in(units: str) -> Dimension | None:
-    """The dimension of ``units``, without angles; None where there are none."""
+    """The dimension of ``units``, without angles, with cycles; None where there are none."""
     if not units:
         return None
     found = dimensions_of(plain_units(units))
-    return None if found is None else {base: power for base, power in found.items() if base != ANGLE}
+    if found is None:
+        return None
+    cycles = {CYCLE: power} if (power := cycles_in(plain_units(units))) else {}
+    return {base: power for base, power in found.items() if base != ANGLE} | cycles
 
 
 def dimension_of(value: number) -> Dimension | None:
@@ -65,6 +70,11 @@ def words(dimension: Dimension) -> str:
     over = [_power(name, exponent) for name, exponent in dict(powers).items() if exponent > 0]
     under = [_power(name, -exponent) for name, exponent in dict(powers).items() if exponent < 0]
     return "in " + "/".join((" ".join(over) or "1", *under))
+
+
+def remedy(*dimensions: Dimension) -> str:
+    """What to know of values of different ``dimensions``."""
+    return OF_CYCLES if any(CYCLE in one for one in dimensions) else UNCHECKED
 
 
 def _power(name: str, exponent: Fraction) -> str:
@@ -123,7 +133,9 @@ class Dimensioned(Graph):
             case "sqrt":
                 return None if of[0] is None else {base: power / 2 for base, power in of[0].items()}
             case "result" if node.extra[0].name == "sincos" and of[0]:
-                self.refuse(f"found the sine or cosine of a value {words(of[0])}; allowed: of an angle. {UNCHECKED}")
+                self.refuse(
+                    f"found the sine or cosine of a value {words(of[0])}; allowed: of an angle. {remedy(of[0])}"
+                )
             case "result" if node.extra[0].name in OF_NUMBERS and not of[0]:
                 return {}
         return None
@@ -131,7 +143,7 @@ class Dimensioned(Graph):
     def _same(self, a: Dimension | None, b: Dimension | None, *, what: str) -> Dimension | None:
         if a is not None and b is not None and a != b:
             self.refuse(
-                f"found {what} of values {words(a)} and {words(b)}; allowed: terms of one dimension. {UNCHECKED}"
+                f"found {what} of values {words(a)} and {words(b)}; allowed: terms of one dimension. {remedy(a, b)}"
             )
         return b if a is None else a
 
@@ -170,7 +182,9 @@ def check_dimensions(
         else:
             right, what = dimension_in((wanted or {}).get(name, "")), f"the {name}"
         if dimension is not None and right is not None and dimension != right:
-            raise InputError(f"{returned}: found {what} {words(dimension)}; allowed: {words(right)}. {UNCHECKED}.")
+            raise InputError(
+                f"{returned}: found {what} {words(dimension)}; allowed: {words(right)}. {remedy(dimension, right)}."
+            )
     return {name: graph.of.get(node) for name, node in graph.names.items()}
 
 
@@ -182,7 +196,7 @@ def check_measured(made: Measured, given: Mapping[str, Dimension | None]) -> Non
     found = evaluated(graph, made.function, *(graph.input(f"s.{name}") for name in made.arguments))
     dimension, right = graph.of[graph.number(found)], dimension_of(made.about)
     if dimension is not None and right is not None and dimension != right:
-        made.refuse(f"a value {words(dimension)}", f"{words(right)}, as its unit is. {UNCHECKED}")
+        made.refuse(f"a value {words(dimension)}", f"{words(right)}, as its unit is. {remedy(dimension, right)}")
 
 
 def check_measured_of(model: str, made: Measured) -> None:

@@ -30,7 +30,7 @@ from nsdrill.models.friction import (
 )
 from nsdrill.models.own_parts import remember
 from nsdrill.origin import origin_of
-from nsdrill.script.signature import NAME, Signature, called_from, number, number_in
+from nsdrill.script.signature import NAME_FORM, Signature, called_from, is_name, number, number_in
 
 LawFunction = Callable[[Any, Any], Any]
 
@@ -182,11 +182,9 @@ def _refuse_another(graph: Graph, name: str) -> NoReturn:
 
 
 def _name(name: object) -> str:
-    if not isinstance(name, str) or not name.isidentifier() or "__" in name or name.startswith("_"):
-        raise InputError(
-            f"found a contact with the name {name!r}; allowed: letters, digits and single underscores, a letter first."
-        )
-    return name
+    if not is_name(name):
+        raise InputError(f"found a contact with the name {name!r}; allowed: {NAME_FORM}.")
+    return str(name)
 
 
 @overload
@@ -272,7 +270,7 @@ def _own_numbers(function: FunctionType) -> dict[str, number]:
         read.refuse(f"the arguments {', '.join(places)}", f"{FORM_OF_LAW}, (v, n, *, width=1.0)")
     taken = law_keys_taken()
     for one in keywords:
-        if one.name in taken or not NAME.fullmatch(one.name):
+        if one.name in taken or not is_name(one.name):
             read.refuse(f"the name {one.name}", "another than those of friction, of letters, digits and underscores")
     own = {one.name: number_in(read, one, FORM_OF_LAW) for one in keywords}
     for name, value in own.items():

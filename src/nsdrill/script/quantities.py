@@ -15,7 +15,7 @@ from nsdrill.models.own_parts import remember
 from nsdrill.models.own_quantities import MEASURED, Measured
 from nsdrill.origin import origin_of
 from nsdrill.script.dimensions import check_measured_of
-from nsdrill.script.signature import NAME, fault_of_scale, fault_of_units, number
+from nsdrill.script.signature import NAME_FORM, fault_of_scale, fault_of_units, is_name, number
 
 
 def measured(
@@ -33,8 +33,8 @@ def measured(
             f"feature {name!r}: found {function!r:.80}; allowed: a function, as a decorator above its def."
         )
     found = Measured(name, function, None, tuple(ends or MEASURED), origin_of(function))
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        found.refuse(f"the name {name!r}", "letters, digits and single underscores between them, a letter first")
+    if not is_name(name):
+        found.refuse(f"the name {name!r}", NAME_FORM)
     kinds = {one.kind for one in inspect.signature(function).parameters.values()}
     if kinds - {inspect.Parameter.POSITIONAL_OR_KEYWORD}:
         found.refuse(f"the arguments {inspect.signature(function)}", "names alone, as (v, rub)")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import keyword
 import math
 import re
 import sys
@@ -243,6 +244,12 @@ def signature_of(function: object) -> Signature:
 OF_LANES = frozenset({"time", "phase", "clock", "half_difference"})
 OF_STATES = frozenset({"drive_angle", "drive_speed", "depth", "wob", "ensemble", "seed", "spread", "slice"})
 NAME = re.compile(r"[A-Za-z]+(_?[A-Za-z0-9]+)*")
+NAME_FORM = "letters, digits and single underscores between them, a letter first; no keyword of Python"
+
+
+def is_name(name: object) -> bool:
+    """Whether a script may give this name to what is then a key, a variable and a field."""
+    return isinstance(name, str) and NAME.fullmatch(name) is not None and not keyword.iskeyword(name)
 
 
 def _check_names(read: Signature, states: list[inspect.Parameter], keywords: list[inspect.Parameter]) -> None:
@@ -252,8 +259,8 @@ def _check_names(read: Signature, states: list[inspect.Parameter], keywords: lis
         if one.name in OF_LANES or (one in states and one.name in OF_STATES):
             read.refuse(f"the name {one.name}, which every run has already", "another name")
     for name in (read.name, *(one.name for one in (*states, *keywords))):
-        if not NAME.fullmatch(name):
-            read.refuse(f"the name {name}", "letters, digits and single underscores between them, a letter first")
+        if not is_name(name):
+            read.refuse(f"the name {name}", NAME_FORM)
 
 
 def number_in(read: Signature, one: inspect.Parameter, form: str = FORM) -> number:

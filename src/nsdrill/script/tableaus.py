@@ -10,7 +10,7 @@ from nsdrill.kernel.own_pairs import OwnPair, fault_of, made_of, own_pair, regis
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.registry import forget_known
 from nsdrill.origin import check_new_name, origin_at
-from nsdrill.script.signature import NAME
+from nsdrill.script.signature import NAME_FORM, is_name
 
 
 def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedded: Sequence[float], order: int) -> None:
@@ -53,10 +53,8 @@ def pair(name: str, *, a: Sequence[Sequence[float]], b: Sequence[float], embedde
     """
     origin = origin_at(sys._getframe(1))
     where = f"{origin}: nsdrill.pair({name!r})"
-    if not isinstance(name, str) or not NAME.fullmatch(name) or name in STEPPERS:
-        raise InputError(
-            f"{where}: found the name {name!r}; allowed: letters, digits and underscores, no pair of nsdrill."
-        )
+    if not is_name(name) or name in STEPPERS:
+        raise InputError(f"{where}: found the name {name!r}; allowed: {NAME_FORM}, and no pair of nsdrill.")
     if isinstance(order, bool) or not isinstance(order, int):
         raise InputError(f"{where}: found order={order!r:.60}; allowed: a whole number.")
     if fault := fault_of(a, b, embedded, order):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import DOUBLING, HOPF, NONE, UNKNOWN, meanings_of
+from nsdrill.analysis.bifurcations import DOUBLING, HOPF, NONE, NOT_DECIDED, UNKNOWN, meanings_of
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, brief
 from nsdrill.files import MAKE_ROOM
@@ -61,6 +61,7 @@ _LEAST = {
     "curve_row_size": 1,
     "parent": -1,
     "parent_point": -1,
+    "unstable": NOT_DECIDED,
     "label": -100,
     "curve_label": -100,
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -16,8 +16,10 @@ from nsdrill.analysis.bifurcations import (
     CRITICALITY_NAMES,
     END,
     EQUILIBRIUM,
+    NOT_DECIDED,
     TOUCHES,
     Meaning,
+    meaning_beside,
     meanings_of,
     motion_text,
 )
@@ -83,6 +85,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     is_closed = bool(data["closed"].values[number])
     is_vertical = motion != EQUILIBRIUM and _is_vertical(values, attrs)
     parts, ways = _ways([] if is_vertical else stable_parts(unstable, labels), len(values), is_closed)
+    open_parts = [] if is_vertical else _runs(unstable == NOT_DECIDED)
     special = []
     for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
         meaning = meanings.get(int(labels[place]))
@@ -93,7 +96,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
                 "label": meaning.name if meaning else str(int(labels[place])),
                 "letters": meaning.letters if meaning else "",
                 "value": float(values[place]),
-                "meaning": meaning.words if meaning else "",
+                "meaning": meaning_beside(meaning, before, after) if meaning else "",
                 "note": str(notes[place]),
                 "unstable_before": before,
                 "unstable_after": after,
@@ -117,6 +120,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
         "stable": [[float(values[a]), float(values[b])] for a, b in parts],
         "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
         "stable_turns": [turns(values[way]) for way in ways],
+        "not_decided": [[float(values[a]), float(values[b])] for a, b in open_parts],
         "looked_between": motion != CIRCLE,
         "at_one_value": is_vertical,
         "special": special,
@@ -162,13 +166,18 @@ def _end(labels: Array, place: int) -> str:
 def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
     """The first and last points of the stable parts of a branch, which end at located
     bifurcations where such points are next to them."""
-    stable = np.concatenate([[False], unstable == 0, [False]]).astype(int)
-    begins, ends = np.flatnonzero(np.diff(stable) == 1), np.flatnonzero(np.diff(stable) == -1) - 1
+    begins, ends = np.array(_runs(unstable == 0), int).reshape(-1, 2).T
     # touches of the wall may move several multipliers at once
     is_located = np.isin(np.pad(labels, 1), BIFURCATIONS)
     begins = begins - (~is_located[begins + 1] & is_located[begins])
     ends = ends + (~is_located[ends + 1] & is_located[ends + 2])
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
+
+
+def _runs(is_there: Array) -> list[tuple[int, int]]:
+    """The first and the last of each run of places where something is there."""
+    change = np.diff(np.concatenate([[0], is_there.astype(int), [0]]))
+    return [*zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist(), strict=True)]
 
 
 def turns(values: Array) -> list[float]:
@@ -208,6 +217,7 @@ def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
 LEAST_VERTICAL = 5  # points of a family at one value of the number
 SLACK_VERTICAL = 1e-8  # of the range that is followed, within which that is one value
 AT_ONE_VALUE = "nowhere: a family at one value, as where energy is conserved; none attracts or repels its neighbours"
+NOT_TOLD = "a multiplier lies on the unit circle within its error"
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
 MAX_ROWS, MAX_PARTS = 20, 4  # lines, and stable parts named in each
@@ -281,10 +291,12 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
             stable += f" and {more} more"
         looked = "" if branch["looked_between"] or not stable else " (at its points)"
         special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
-        otherwise = f"stable {AT_ONE_VALUE}" if branch["at_one_value"] else "unstable"
+        otherwise = f"stable {AT_ONE_VALUE}" if branch["at_one_value"] else "" if branch["not_decided"] else "unstable"
+        open_parts = _intervals(branch["not_decided"], lambda value: value_text(s["along"], value, units))
+        open_text = f"stability not decided {open_parts}: {NOT_TOLD}" if open_parts else ""
         yield (
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
-            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else otherwise, special_text)))
+            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else otherwise, open_text, special_text)))
         )
     yield from rest(s["branches"], MAX_ROWS, "branches")
     yield ""
@@ -329,6 +341,8 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             for first, between, last, ends in _stable(branch)
         )
         yield f"  stable         {stable or (AT_ONE_VALUE if branch['at_one_value'] else 'nowhere')}"
+        if branch["not_decided"]:
+            yield f"  not decided    {_intervals(branch['not_decided'], text)}: {NOT_TOLD}"
         if stable and not branch["looked_between"]:
             yield "                 at its points; bifurcations between them are not looked for"
         elif any("point" in ends for ends in branch["stable_ends"]):
@@ -362,10 +376,19 @@ def _curve_lines(s: Answer, units: str) -> Iterator[str]:
         yield f"\nCurve {curve['curve']}: {name} of {curve['words']}, {where}; ends: {curve['end_reason']}"
 
 
+def _intervals(parts: Sequence[Sequence[float]], text: Callable[[float], str]) -> str:
+    """Stretches of a branch in words."""
+    told = [" to ".join(dict.fromkeys(map(text, sorted(part)))) for part in parts[:MAX_PARTS]]
+    more = len(parts) - len(told)
+    return ", ".join(told) + (f" and {more} more" if more else "")
+
+
 def _change(before: int | None, after: int | None) -> str:
     """The change of stability at a special point, in words."""
     if before is None or after is None or before == after:
         return ""
+    if NOT_DECIDED in (before, after):
+        return "; stable to one side, not decided on the other" if 0 in (before, after) else ""
     if before == 0 or after == 0:
         return "; stable to one side" if before * after == 0 else ""
     return f"; {before} and {after} unstable directions to its sides"

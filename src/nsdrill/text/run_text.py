@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import stability_text
 from nsdrill.app.check import Report
 from nsdrill.app.experiment import coarse_length
 from nsdrill.data import NOT_CARRIED_RUN, NOT_CARRIED_WORDS, Answer, Array, Attributes, edited_words
@@ -260,10 +261,7 @@ def spectrum_lines(found: Answer, units: str) -> Iterator[str]:
 def orbit_text(point: OrbitPoint) -> str:
     """A point of a file of branches."""
     numbers = ", ".join(quantity(dimension_of(key)).text(value, "si", 10) for key, value in point.values.items())
-    stable = "stable"
-    if point.unstable:
-        stable = f"unstable in {count(point.unstable, 'direction')}"
-    return f"Point {point.number}: {numbers}; period {point.period:.6g} s; {stable}."
+    return f"Point {point.number}: {numbers}; period {point.period:.6g} s; {stability_text(point.unstable)}."
 
 
 def nearest_text(coords: Mapping[str, Array], point: Mapping[str, float]) -> str:

@@ -16,10 +16,11 @@ from nsdrill.analysis.bifurcations import (
     REGULAR,
     meanings_of,
     motion_text,
+    stability_text,
 )
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
-from nsdrill.errors import FileError, InputError, count
+from nsdrill.errors import FileError, InputError
 from nsdrill.figures.kinds.branch_diagram import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.models.model_description import Description
 from nsdrill.models.registry import drawn_in, model_in, named_in
@@ -39,7 +40,7 @@ class Branches:
     * ``sizes``, ``motions``, ``names``, ``ends`` [branch]: the number of points, the
       kind of motion, that in words, and why the branch ends;
     * ``features`` [point], ``period`` [point] in s, ``unstable`` [point]: the number of
-      unstable directions;
+      unstable directions, -1 where that is not decided;
     * ``state`` [point, states]: the state at the drive angle 0;
     * ``label`` [point], with its words in ``meanings``, and ``criticality`` [point].
     """
@@ -82,9 +83,8 @@ class Branches:
     def name_of(self, point: int) -> str:
         """The branch of a point, its stability, and its label where the point is
         special."""
-        branch, unstable = self.branch_of(point), int(self.unstable[point])
-        directions = f"unstable in {count(unstable, 'direction')}" if unstable else "stable"
-        parts = [f"branch {branch}", self.names[branch], directions]
+        branch = self.branch_of(point)
+        parts = [f"branch {branch}", self.names[branch], stability_text(int(self.unstable[point]))]
         if (label := int(self.label[point])) not in (REGULAR, END):
             parts.append(self.meanings.get(label, str(label)))
             parts += filter(None, [CRITICALITY[CRITICALITY_NAMES.get(int(self.criticality[point]), "not_known")]])

@@ -142,7 +142,10 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
     }
     period = f"period; of circles the time between two {_periods(setup)}"
     rotation = f"rotation of an invariant circle over a {_periods(setup).removesuffix('s')}"
-    outside = "number of multipliers outside the unit circle; 0: stable; at a bifurcation that of its more stable side"
+    outside = (
+        "number of multipliers outside the unit circle; 0: stable; -1: not decided, as one lies on the circle within "
+        "its error; at a bifurcation that of its more stable side"
+    )
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
     unknown = [NormalForm()] * len(points)
@@ -165,7 +168,7 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
         "rotation_number": _numbers("point", [orbit.rotation for orbit in orbits], rotation, "rad"),
         "multiplier_real": _numbers(of_multiplier, multipliers.real, "Floquet multipliers, real parts"),
         "multiplier_imag": _numbers(of_multiplier, multipliers.imag, "Floquet multipliers, imaginary parts"),
-        "unstable": _counts("point", map(unstable_beside, entries), outside, np.int16),
+        "unstable": _counts("point", map(unstable_beside, entries, finer), outside, np.int16),
         "arclength": _numbers("point", [point.s for point in points], "arclength from the branch's begin"),
         "iterations": _counts("point", iterations, "iterations of Newton's method", np.int16),
         "residual": _numbers("point", [point.residual for point in points], "residual in natural scales"),

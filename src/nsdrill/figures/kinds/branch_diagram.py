@@ -1,6 +1,6 @@
 """Branches of motions over the peaks of a sweep: solid where stable, dashed where
-unstable, with markers at special points; above the panels a row of ticks for each kind
-of them."""
+unstable, dotted where that is not decided, with markers at special points; above the panels
+a row of ticks for each kind of them."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from nsdrill.analysis.bifurcations import (
     FOLD,
     HOPF,
     NONE,
+    NOT_DECIDED,
     PERIODIC,
     SUBCRITICAL,
     TORUS,
@@ -87,9 +88,11 @@ MARKERS: dict[int, tuple[str, str]] = {
 }
 # Rings a little larger and thinner than alone, to stay open beside each other.
 DOTS: Properties = {"scale": 1.3, "edge": 0.3, "rasterise": True}
+OPEN = "stability not decided"
 STABILITY: dict[str, Properties] = {
     "stable": {"linestyle": "-", "linewidth": 1.3},
     "unstable": {"linestyle": (0, (3, 2)), "linewidth": 0.8},
+    OPEN: {"linestyle": (0, (1, 1.5)), "linewidth": 1.3},
 }
 # Of curves over a map: none is a plain dash, which lines of equal rate of penetration are.
 CURVE_DASHES: dict[int, Dashes] = {FOLD: "-", DOUBLING: (0, (7, 1.2, 1, 1.2, 1, 1.2))}
@@ -233,16 +236,15 @@ class _Panel:
     def draw_branches(self, axes: Axes) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
         stability."""
-        is_stable_point = self.data["unstable"].values == 0
+        unstable = self.data["unstable"].values
         for number, part in enumerate(parts_of(self.data["row_size"].values)):
-            x, y, stable = self.x[part], self.y[part], is_stable_point[part]
-            # A piece between two points is stable where both points are.
-            is_stable = stable[1:] & stable[:-1]
-            for name, drawn in (("stable", is_stable), ("unstable", ~is_stable)):
+            x, y, of_piece = self.x[part], self.y[part], pieces(unstable[part])
+            for name in STABILITY:
+                drawn = of_piece == name
                 # Every run of pieces is one line, as the dash pattern restarts after a break.
                 breaks = np.flatnonzero(~drawn) + 1
                 path = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
-                order, gid = 3 if name == "stable" else 2.5, f"branch {number} {name}:{self.motions[number]}"
+                order, gid = 2.5 if name == "unstable" else 3, f"branch {number} {name}:{self.motions[number]}"
                 axes.plot(*path, zorder=order, gid=gid, **_line_style(self.motions[number], name))
 
     def entries(self) -> list[Artist]:
@@ -250,12 +252,23 @@ class _Panel:
         entries = [
             line_entry(label=name, color=REFERENCE, gid=f"branch * {name}", **style)
             for name, style in STABILITY.items()
+            if name != OPEN or np.any(self.data["unstable"].values == NOT_DECIDED)
         ]
         for motion in dict.fromkeys(self.motions):
             own = {} if model_in(self.data.attrs).drills else OF_ANY
             words = own.get(motion) or MOTION_NAMES.get(motion, motion.replace("_", " "))
             entries.append(line_entry(label=words, gid=f"branch *:{motion}", **_line_style(motion, "stable")))
         return entries
+
+
+def pieces(unstable: Array) -> Array:
+    """The name in ``STABILITY`` of each piece between two points with these numbers of unstable
+    directions: a piece is stable where both points are, and not decided where one is not, but
+    for a point beside an unstable one."""
+    before, after = unstable[:-1], unstable[1:]
+    is_unstable = (before > 0) | (after > 0)
+    is_open = (before == NOT_DECIDED) | (after == NOT_DECIDED)
+    return np.where(is_unstable, "unstable", np.where(is_open, OPEN, "stable"))
 
 
 def _sweep_entries(line: Line, panels: Sequence[Panel]) -> Iterator[Artist]:

@@ -432,20 +432,20 @@ window.nsdrill = (() => {
       move(px, py, u) { o.move && o.move(nearest(px, py, u)); },
       click(px, py, u) { const hit = nearest(px, py, u); if (hit) o.pick(hit); },
     };
-    // Branches: solid where stable, dashed where not, in the colour of their kind; a marker at each special point.
+    // Branches: solid where stable, dashed where not, dotted where that is not decided, in the colour of their kind; a marker at each special point.
     function branches(c, X, Y, u) {
       const dpr = ratio();
       let first = 0;
       d.curves.sizes.forEach((size, branch) => {
         if (shownKind(branch)) {
           c.strokeStyle = d.curves.kinds[d.curves.kind[branch]].colour;
-          for (const stable of [true, false]) {
-            c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
-            c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
+          for (const kind of ["stable", "unstable", OPEN]) {
+            c.lineWidth = (kind === "unstable" ? 1.2 : 1.8) * dpr;
+            c.setLineDash(DASHES[kind].map((one) => one * dpr));
             c.beginPath();
             let pen = false; // a segment is one line: its dashes continue from point to point
             for (let i = first; i + 1 < first + size; i++) {
-              if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
+              if (stabilityOf(curve.unstable[i], curve.unstable[i + 1]) === kind) {
                 if (!pen) c.moveTo(X(curve.x[i]), Y(curve.y[i]));
                 c.lineTo(X(curve.x[i + 1]), Y(curve.y[i + 1]));
                 pen = true;
@@ -509,9 +509,14 @@ window.nsdrill = (() => {
     while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
     return number;
   }
+  // The stability of a piece of a branch between points with so many unstable directions, -1 where that is not decided.
+  const OPEN = "stability not decided", DASHES = { stable: [], unstable: [4, 3], [OPEN]: [1.5, 2.5] };
+  function stabilityOf(before, after) {
+    return before > 0 || after > 0 ? "unstable" : before < 0 || after < 0 ? OPEN : "stable";
+  }
   function branchWords(d, i) {
     const number = branchOf(d, i), special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
-    const stability = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
+    const stability = count < 0 ? OPEN : count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
     return `branch ${number}, ${d.curves.kinds[d.curves.kind[number]].name}, ${stability}${special ? `: ${d.curves.marks[special[1]].name}` : ""}`;
   }
 
@@ -529,6 +534,7 @@ window.nsdrill = (() => {
       for (const kind of d.curves.kinds) items.push(dash(kind.colour, kind.name, [], toggle(kind.name)));
       for (const style of d.curves.marks) items.push(swatch(style.marker, style.colour, style.name, true, toggle(style.name)));
       items.push(dash("#000", "stable"), dash("#000", "unstable", [6, 4]));
+      if (all.some((one) => one["curve unstable"]?.some((count) => count < 0))) items.push(dash("#000", OPEN, DASHES[OPEN]));
     }
     for (const line of new Map(all.flatMap((one) => one.lines || []).map((one) => [one.words, one])).values())
       items.push(dash(REFERENCE, line.words, isWall(line) ? [] : [8, 4]));
