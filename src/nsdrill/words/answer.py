@@ -383,10 +383,6 @@ def _of_map(
             "with procedure: up-down to learn whether a vibration, once started, ends."
         )
     yield from _of_one_value(summary, fmt)
-    yield from [] if summary["answer"].unsettled or _is_late(summary) else _of_observation(summary, units)
-    yield from _of_edges(summary, best, fmt)
-    yield from of_drag(summary)
-    yield from of_lumped(summary, units)
 
 
 def _of_one_value(summary: Answer, fmt: Formatter) -> Iterator[str]:
