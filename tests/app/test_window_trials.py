@@ -498,11 +498,12 @@ def test_trials_are_of_one_file(torsion):
 
 
 def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
-    """13 klbf and 12.7 mm, without lobes: soft torque and larger collars free nothing, stabilisers closer together and
-    a straight collar do. Over lobes of 1 mm neither keeps room at 18 to 22 klbf: both are free on the way up, but in
+    """9 to 13 klbf and 12.7 mm, without lobes: soft torque and larger collars free nothing, stabilisers closer together and
+    a straight collar do. At 15 klbf the way up begins at 160 rpm, which leaves no room below 195 rpm, where a bit
+    that is held starts whirl. Over lobes of 1 mm neither keeps room at 18 to 22 klbf: both are free on the way up, but in
     the corners, 2 klbf and some rpm away, the bit bounces on after a tag."""
     monkeypatch.setattr(remedies, "SPEEDS", 19)
-    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=13 klbf", "bit.surface_amplitude=0 mm"]
+    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=11 klbf", "bit.surface_amplitude=0 mm"]
     bent += ["drillstring.torsional_damping=20 N*m*s/rad", "sweep.rotary_speed={from: 40 rpm, to: 220 rpm, points: 7}"]
     study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
     run_study(study, tmp_path / "bent.h5", workers=1)
@@ -515,7 +516,7 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     assert by_name["drillstring.collar.outer_diameter=9.5 in"]["free"] == []
     assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
     assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
-    assert found["changes_at"]["wob"] == pytest.approx(13 * KLBF)
+    assert found["changes_at"]["wob"] == pytest.approx(11 * KLBF)
     assert "Stabilisers 30 ft apart, at the next trip, may free" in found["sentence"]
     assert {one["name"] for one in by_name["drillstring.collar.span=30 ft"]["trials"]} >= {HELD, OFF_ROCK, ON_WALL}
     assert len(found["sentence"].split()) <= 30
