@@ -102,8 +102,8 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, *, brief: bool 
 
 
 def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, brief: bool = False) -> str:
-    """What a ``change`` frees, and at which weight alone it was tried, or that it was not where others were; "" where it
-    frees nothing. In ``brief`` without what it takes, and why it is poor."""
+    """What a ``change`` frees, and at which weight alone it was tried, or that it was not where others were; "" where
+    it frees nothing. In ``brief`` without what it takes, and why it is poor."""
     if change.widest is None:
         return ""
     wob = _weight_of(change, found)
