@@ -26,6 +26,7 @@ from nsdrill.analysis.trials import (
     TO_CORNER,
     WEIGHT_FIRST,
     Change,
+    Effort,
     Outcome,
     Trial,
     Trials,
@@ -540,11 +541,14 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     ],
 )
 def test_stabilisers_stand_where_joints_of_collars_end(span, closer):
-    """Collars come in joints of 30 ft: 34 or 22 ft no rig can make up; 15 and 45 ft it can with a pony collar."""
+    """Collars come in joints of 30 ft: 34 or 22 ft no rig can make up; 15 and 45 ft it can with a pony collar, which
+    takes more than whole joints do."""
     one = bench(ROTARY, f"drillstring.collar.span={span}")
-    found = [each for each in remedies.Changed(one.motions, one.values, one.speeds).all() if each.name == "span"]
+    found = [each for each in remedies.Changed(one.motions, one.values, one.speeds).all() if each.key == remedies.SPAN]
     assert {each.value: "pony" in each.words for each in found} == closer
     assert all(each.words.startswith(f"stabilisers {each.value} apart") for each in found)
+    assert {each.value: each.effort > Effort.TRIP for each in found} == closer
+    assert {each.effort.words for each in found} <= {"at the next trip"}
 
 
 def test_what_a_change_allows_lies_above_the_end_of_stick_slip_at_each_weight():

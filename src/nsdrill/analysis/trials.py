@@ -28,6 +28,7 @@ TAGGED = "picked up and tagged again"
 TAGGED_IN_CORNER = "in a corner, picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
 RESOLVED = 1.2  # the ratio of two rates of which both are free, up to which what lies between needs no trial
+PONY_SPAN = "span with pony collars"
 OTHER_BIT = "lobes"  # the change that no rig can make of its bit, so that every other one comes before it
 
 
@@ -39,13 +40,15 @@ class Effort(IntEnum):
 
     SURFACE = 0
     TRIP = 1
-    ORDER = 2
-    BIT = 3
+    PONY = 2
+    """A trip with collars cut to half a joint, which not every rig has."""
+    ORDER = 3
+    BIT = 4
     """One that no rig can make of its bit."""
 
     @property
     def words(self) -> str:
-        return ("at the surface", "at the next trip", "to be ordered", "with another bit")[self]
+        return ("at the surface", *("at the next trip",) * 2, "to be ordered", "with another bit")[self]
 
 
 EFFORTS = {
@@ -53,6 +56,7 @@ EFFORTS = {
     "weight": Effort.SURFACE,
     "drive": Effort.SURFACE,
     "span": Effort.TRIP,
+    PONY_SPAN: Effort.PONY,
     "collar": Effort.ORDER,
     "eccentricity": Effort.ORDER,
     OTHER_BIT: Effort.BIT,

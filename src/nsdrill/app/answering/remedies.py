@@ -12,7 +12,7 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
 from nsdrill.analysis.sticking import sticks_past
-from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, Change, deepest, narrowed
+from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, PONY_SPAN, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.check import damping_of_torsion, lasting_motions
@@ -39,6 +39,7 @@ LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
 CLOSER = (0.75, 0.5)  # of the length between stabilisers
 JOINT, PONY = 30, 15  # ft, of a drill collar, and of one that is cut to half of it
+WITH_PONY = " with pony collars"
 STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
 LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
@@ -78,7 +79,7 @@ class Changed:
         length, small = ("ft", "in") if is_field else ("m", "mm")
         if SPAN in known:
             for text, words in closer(now(SPAN), length).items():
-                yield Change("span", SPAN, text, words)
+                yield Change(PONY_SPAN if WITH_PONY in words else "span", SPAN, text, words)
         if DRIVE in known and value_at(resolved, DRIVE) in STIFF:
             yield Change("drive", DRIVE, "soft_torque", "soft torque")
         weight = _rounded(2 / 3 * self.values["wob"], "klbf" if is_field else "kN")
@@ -246,7 +247,7 @@ def closer(span: float, unit: str) -> dict[str, str]:
     halves = dict.fromkeys(int(share * from_si(span, unit) / PONY + SLACK) for share in CLOSER)
     return {
         f"{PONY * number} {unit}": f"stabilisers {PONY * number} {unit} apart"
-        f"{' with pony collars' if PONY * number % JOINT else ''}"
+        f"{WITH_PONY if PONY * number % JOINT else ''}"
         for number in halves
         if number
     }

@@ -86,7 +86,7 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-TRIED, OF_TRIED = 4, 17000.0  # changes that have trials, as a rule, and s simulated in those of one
+TRIED, OF_TRIED = 4, 25000.0  # changes that have trials, as a rule, and s simulated in those of one
 FREE_COST = 0.6  # of what a second of the string as it is costs, where most of its motions roll: that of trials
 
 BUSY = 0.8  # of the time of a thread, below which others take the rest
