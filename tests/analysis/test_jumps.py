@@ -139,7 +139,7 @@ def test_a_start_at_the_point_needs_no_way_through():
     ("weight", "speed", "begins"),
     [
         ("...", "...", "Bring up to 10 klbf and 80 rpm from below"),
-        ("www", "w...", "Go to 10 klbf and 80 rpm speed first, 1 to 20 rpm/s"),
+        ("www", "w...", "Go to 10 klbf and 80 rpm speed first, 10 to 20 rpm/s"),
         (
             "www",
             "w..",

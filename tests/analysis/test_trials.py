@@ -131,14 +131,14 @@ def test_what_is_free_at_one_rate_alone_is_so_by_chance():
     found = confirmed(POINT, Trials(ways("www", "ww...")))
     assert found.kind == Kind.FROM_BELOW
     # 22.5 klbf: 100 kN / 4.448 kN
-    assert sentence(found).startswith("Go to 22.5 klbf and 100 rpm speed first, 3 to 10 rpm/s, and stay at ")
+    assert sentence(found).startswith("Go to 22.5 klbf and 100 rpm speed first, 5 to 10 rpm/s, and stay at ")
 
 
 def test_where_the_weight_first_is_free_at_some_rates_only_the_sentence_names_the_rates():
     """Brought up slowly from below it whirls: the sentence may not order just that."""
     for tried, says in (
-        (("ww.w", "ww..."), "speed first, 3 to 10 rpm/s"),
-        (("w...", "www."), "weight first, 1 to 10 rpm/s"),
+        (("ww.w", "ww..."), "speed first, 5 to 10 rpm/s"),
+        (("w...", "www."), "weight first, 3 to 10 rpm/s"),
     ):
         found = confirmed(POINT, Trials(ways(*tried)))
         assert sentence(found).startswith(f"Go to 22.5 klbf and 100 rpm {says}, and stay at ")
@@ -166,8 +166,8 @@ def test_the_rate_of_a_way_in_is_one_that_was_tried_or_that_passes_the_wall():
 
     assert way_of() == "Way in: off bottom raise the speed to 100 rpm, then set 22.5 klbf."
     assert "to 100 rpm at 0.2 to 10 rpm/s, then set 22.5 klbf" in way_of("...", "....")
-    assert "to 100 rpm at 3 to 10 rpm/s, then set 22.5 klbf" in way_of("...", "ww...")
-    assert "Way in: set 22.5 klbf, then raise the speed to 100 rpm at 1 to 10 rpm/s. Trials" in way_of("w...", "wwww")
+    assert "to 100 rpm at 3 to 10 rpm/s, then set 22.5 klbf" in way_of("...", "w....")
+    assert "Way in: set 22.5 klbf, then raise the speed to 100 rpm at 3 to 10 rpm/s. Trials" in way_of("w...", "wwww")
     assert way_of("www", "wwww").startswith("Way in: none is known. Trials: ")
 
 
@@ -441,6 +441,28 @@ def test_of_all_weights_the_most_robust_change_is_named():
     assert few.why_poor == ("narrow in weight", "little room", "few trials free")
 
 
+def test_what_was_tried_and_is_good_comes_before_what_no_trial_was_run_of():
+    """A narrow hint at 25 klbf, whose row of the map has 2.7 tolerances along the speed. Trials leave soft torque 3.2
+    there, 2 klbf either way; at 15 klbf, where one way up shows 3.1 of it, none was run."""
+    none = Change("none", "", "", "as it is", room=2.7, wob=25 * KLBF)
+    none = replace(none, others=(replace(none, room=2.0, wob=15 * KLBF),))
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", wob=25 * KLBF, speed=46 * RPM)
+    light = ((25 * RPM, 61 * RPM),)
+    at_15 = replace(soft, free=light, widest=light[0], room=3.1, speed=43 * RPM, wob=15 * KLBF)
+    left, weights = (30 * RPM, 66 * RPM), (23 * KLBF, 27 * KLBF)
+    good = replace(soft, free=(left,), widest=left, room=3.2, trials=ways("...", "...."), weights=weights)
+    found = Trials(ways("...", "...."), (none, replace(good, others=(at_15,))), wob=25 * KLBF, mapped=True)
+    assert good.robust == Robust.GOOD
+    assert found.best.wob == good.wob
+    told = trial_words.best_words(found, "rotary_speed", FIELD)
+    assert told == "soft torque, at the surface, would free 30 to 66 rpm at 23 to 27 klbf"
+    poor = replace(good, weights=(25 * KLBF, 25 * KLBF))
+    less = replace(found, changes=(none, replace(poor, others=(at_15,))))
+    assert less.best.wob == at_15.wob
+    told = trial_words.best_words(less, "rotary_speed", FIELD)
+    assert told == "soft torque, at the surface, may free 25 to 61 rpm at 15 klbf, untried"
+
+
 def test_a_change_without_trials_is_not_graded():
     """It may promise to be good; only trials grade it. JSON has null, and its row says that it is untried."""
     ends = (90 * RPM, 160 * RPM)
@@ -691,12 +713,12 @@ def test_what_helps_is_judged_by_trials_of_it():
 
 def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
     """Below the wall range the map sets the weight first; in trials no such way is free, and of the
-    others those at the two slowest rates are."""
+    others those at the four slowest rates are."""
     wall = WayIn(First.WEIGHT, begins=24 * RPM, wall=(120 * RPM, 130 * RPM))
     advice = replace(POINT, way_in=wall)
     before = Orders(advice, ("rotary_speed", "wob"), "field", ("up", "down"))
     assert "before the weight" not in " ".join(before.do_not()), "the wall is not on the way"
-    found = confirmed(advice, Trials(ways("www", "...ww")))
+    found = confirmed(advice, Trials(ways("www", "....w")))
     assert found.way_in is not None
     assert (found.way_in.first, found.way_in.most) == ("speed", pytest.approx(3.0 * RPM))
     said = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
@@ -709,17 +731,17 @@ def test_the_way_in_is_one_that_ended_free_and_no_order_forbids_it():
     assert "Do not set the weight before the speed: in trials none of 3 such ways in ended free." in orders
     data = data_of(found, "rotary_speed")["way_in"]
     assert data["most_rate"] == {"value": pytest.approx(3.0 * RPM), "units": "rad/s^2"}
-    middle = confirmed(advice, Trials(ways("www", "w...w")))
-    assert "speed first, 1 to 5 rpm/s, and stay" in sentence(middle)
+    middle = confirmed(advice, Trials(ways("www", "w....w")))
+    assert "speed first, 1 to 3 rpm/s, and stay" in sentence(middle)
     weight = Orders(confirmed(advice, Trials(ways("...w", "wwww"))), ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert "weight first, 0.2 to 3 rpm/s, and stay" in weight.sentence()
+    assert "weight first, 0.2 to 1 rpm/s, and stay" in weight.sentence()
     assert "Do not raise the speed before the weight: in trials none of 4 " in " ".join(weight.do_not())
 
 
 @pytest.mark.parametrize(
     ("weight", "says"),
     [
-        ("....ww", "weight first, then the speed at 0.2 to 3 rpm/s."),
+        ("....ww", "weight first, then the speed at 0.2 to 1 rpm/s."),
         (".w.w", "do not use this setting."),
         ("..w", "do not use this setting."),
         ("ww...", "do not use this setting."),
@@ -773,7 +795,7 @@ def test_the_order_that_asks_less_of_the_drive_is_taken():
     assert "Go to 22.5 klbf and 100 rpm weight first, 0.2 to 10 rpm/s; stay at " in sentence(found)
     forbidden = "Do not raise the speed before the weight: in trials 3 of 4 such ways in ended in vibration."
     assert forbidden in order.do_not()
-    half = Orders(confirmed(quick, Trials(ways("....", "ww..."))), ("rotary_speed", "wob"), "field", ("up", "down"))
+    half = Orders(confirmed(quick, Trials(ways("....", "w...."))), ("rotary_speed", "wob"), "field", ("up", "down"))
     assert half.do()[0].startswith("Off bottom raise the speed to 100 rpm at 3 to 10 rpm/s. Then set 22.5 klbf.")
 
 
@@ -868,7 +890,7 @@ def test_a_slower_drive_is_not_forbidden_what_it_is_told_to_do():
     past = WayIn(First.SPEED, rate=8 * RPM, wall=(60 * RPM, 68 * RPM), crosses=True)
     found = confirmed(replace(POINT, way_in=past), Trials(ways("....ww", "ww...")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
-    assert "weight first, then the speed at 0.2 to 3 rpm/s" in orders.do()[0]
+    assert "weight first, then the speed at 0.2 to 1 rpm/s" in orders.do()[0]
     assert "before the speed" not in " ".join(orders.do_not())
 
 
@@ -958,8 +980,8 @@ def test_a_rate_is_free_where_all_that_were_run_at_it_are():
     whirls = Trial(WEIGHT_FIRST, Way.IN, VIBRATES, ("whirl",), rate=RPM, held=20.0)
     tried = Trials((*ways(".....", "wwww"), *again, whirls))
     found = confirmed(replace(POINT, way_in=WayIn(First.WEIGHT)), tried)
-    assert (found.way_in.rate, found.way_in.most) == (pytest.approx(3 * RPM), pytest.approx(10 * RPM))
-    assert "weight first, 3 to 10 rpm/s, and stay" in sentence(found)
+    assert (found.way_in.rate, found.way_in.most) == (pytest.approx(5 * RPM), pytest.approx(10 * RPM))
+    assert "weight first, 5 to 10 rpm/s, and stay" in sentence(found)
     assert trial_words.ways_words(tried).startswith("weight first: 3 of 3 free at 3 rpm/s or faster, 7 of 8 slower; ")
     rows = list(trial_words.lines(tried, "rotary_speed", FIELD))
     assert sum("weight first, 1 rpm/s" in row for row in rows) == 1

@@ -26,6 +26,7 @@ from nsdrill.analysis.trials import (
     TO_CORNER,
     WEIGHT_FIRST,
     Change,
+    Effort,
     Outcome,
     Trial,
     Trials,
@@ -37,13 +38,14 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering import remedies, window_trials
 from nsdrill.app.answering import trial_runs as runs
 from nsdrill.app.answering.answers import plain_window, results_for_window
-from nsdrill.app.check import lasting_motions
+from nsdrill.app.check import checks_of, lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory, run_study
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE
+from nsdrill.models.parts import values_at
 from nsdrill.study import parse_study
 from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings
@@ -139,7 +141,7 @@ def assembly():
 
 def test_the_trials_of_an_assembly(assembly):
     """25 klbf and 100 rpm, 2 mm: speed first at 0.5 rpm/s and slower ends in whirl, 0 of 6 are
-    free; faster some are, by how the bit meets the crest of its lobe. Weight first, 1 and 1.8 rpm/s are free
+    free; faster some are, by how the bit meets the crest of its lobe. Weight first, 1.8 rpm/s is free
     after waits of 0 and 20 s and not after 61 s, so that too few rates are left. A knock lasts. The passing rate is
     0.9 rpm/s."""
     speed_first = [
@@ -149,7 +151,7 @@ def test_the_trials_of_an_assembly(assembly):
     assert [str(one.outcome) for one in speed_first] == ["vibrates", "vibrates", "free", "vibrates", "free"]
     assert speed_first[0].responses == ("whirl",)
     assert sum(one.outcome == Outcome.FREE for one in assembly.ways_in(WEIGHT_FIRST)) >= 2
-    by_wait = {one.held: one.outcome for one in assembly.ways_in(WEIGHT_FIRST) if one.rate == pytest.approx(RPM)}
+    by_wait = {one.held: one.outcome for one in assembly.ways_in(WEIGHT_FIRST) if 1.7 < one.rate / RPM < 1.8}
     assert by_wait == {20.0: Outcome.FREE, 0.0: Outcome.FREE, 61.1: Outcome.VIBRATES}
     assert assembly.withdraws
     knocks = {one.name: (one, slowed) for one, slowed in assembly.knocks}
@@ -182,14 +184,14 @@ def test_the_way_that_is_ordered_has_trials_between_its_own_rates():
     assert seen == [{WEIGHT_FIRST}, {SPEED_FIRST}]
     way = came_in(None, Trials(tuple(trials())))
     assert way.first == First.WEIGHT
-    assert way.rate == pytest.approx(RPM)
+    assert way.rate == pytest.approx(10 ** (1 / 9) * RPM), "not the one beside 0.2 rpm/s"
     assert way.most < 4.5 * RPM
     assert not Trials(tuple(trials())).withdraws
 
 
 def test_what_is_recommended_is_tried_in_several_manners():
-    """The weight first at 1 to 1.3 rpm/s whirls after long waits alone. The slowest and the fastest rate that are left
-    have been run in all manners, those between in some."""
+    """The weight first at 1 to 1.3 rpm/s whirls after long waits alone. Every rate that is left has been run in all
+    manners; that beside the rates that whirl is ordered no more."""
     one = bench(TORSION)
     ran: list[Trial] = []
 
@@ -203,14 +205,17 @@ def test_what_is_recommended_is_tried_in_several_manners():
     while more:
         ran += map(end, more)
         more = one.further(ran)
-    assert len(ran) < 60
+    assert len(ran) < 75
     way = came_in(None, Trials(tuple(ran)))
     assert way.first == First.WEIGHT
-    assert 1.4 * RPM < way.rate < 1.8 * RPM
-    for rate, least in ((way.rate, 7), (way.most, 7), (3.6 * RPM, 3)):
-        same = [trial for trial in ran if trial.name == WEIGHT_FIRST and trial.rate == pytest.approx(rate, rel=0.1)]
-        assert len(same) == least
-        assert len({(trial.set_in, trial.held) for trial in same}) == least
+    tried = sorted({trial.rate for trial in ran if trial.name == WEIGHT_FIRST})
+    assert way.rate == min(rate for rate in tried if rate > 1.4 * RPM * 1.2)
+    assert way.most == tried[-1]
+    ordered = [rate for rate in tried if way.rate <= rate]
+    assert len(ordered) > 5
+    for rate in ordered:
+        same = [trial for trial in ran if trial.name == WEIGHT_FIRST and trial.rate == rate]
+        assert len({(trial.set_in, trial.held) for trial in same}) == len(same) == 8
     assert {trial.set_in for trial in ran} == set(runs.SET_DOWN)
     assert (min(one.held for one in ran), max(one.held for one in ran)) == runs.WAITS
 
@@ -426,7 +431,7 @@ def test_the_price_is_told_before(torsion):
     window_trials.tried(find_window(results), results, str(torsion), workers=1, watch=seen.append)
     priced = next(number for number, one in enumerate(seen) if one.price)
     price = seen[priced].price
-    assert price.startswith("59 trials, about "), "with eight further ways in, and those in other manners"
+    assert price.startswith("137 trials, about "), "with eight further ways in, and all in other manners"
     assert "; where they withdraw the setting 3 changes, about " in price
     assert price.endswith(" more, on this machine as it is loaded now")
     assert seen[priced].done == 2
@@ -475,7 +480,7 @@ def test_the_command(torsion, monkeypatch, capsys):
     found = json.loads(out)["answer"]
     assert found == json.loads(json.dumps(nsdrill.window(str(torsion), trials=True)["answer"]))
     assert {one["outcome"] for one in found["trials"] if one["way"] == "in"} == {"free"}
-    assert "59 trials, about" in err
+    assert "137 trials, about" in err
 
 
 def test_an_interrupted_command_answers(torsion, monkeypatch, capsys):
@@ -498,11 +503,12 @@ def test_trials_are_of_one_file(torsion):
 
 
 def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
-    """13 klbf and 12.7 mm, without lobes: soft torque and larger collars free nothing, stabilisers closer together and
-    a straight collar do. Over lobes of 1 mm neither keeps room at 18 to 22 klbf: both are free on the way up, but in
-    the corners, 2 klbf and some rpm away, the bit bounces on after a tag."""
+    """9 to 13 klbf and 12.7 mm, without lobes: soft torque and larger collars free nothing, stabilisers closer
+    together and a straight collar do. At 15 klbf the way up begins at 160 rpm, which leaves no room below 195 rpm,
+    where a bit that is held starts whirl. Over lobes of 1 mm neither keeps room at 18 to 22 klbf: both are free on the
+    way up, but in the corners, 2 klbf and some rpm away, the bit bounces on after a tag."""
     monkeypatch.setattr(remedies, "SPEEDS", 19)
-    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=13 klbf", "bit.surface_amplitude=0 mm"]
+    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=11 klbf", "bit.surface_amplitude=0 mm"]
     bent += ["drillstring.torsional_damping=20 N*m*s/rad", "sweep.rotary_speed={from: 40 rpm, to: 220 rpm, points: 7}"]
     study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
     run_study(study, tmp_path / "bent.h5", workers=1)
@@ -515,10 +521,59 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     assert by_name["drillstring.collar.outer_diameter=9.5 in"]["free"] == []
     assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
     assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
-    assert found["changes_at"]["wob"] == pytest.approx(13 * KLBF)
+    assert found["changes_at"]["wob"] == pytest.approx(11 * KLBF)
     assert "Stabilisers 30 ft apart, at the next trip, may free" in found["sentence"]
     assert {one["name"] for one in by_name["drillstring.collar.span=30 ft"]["trials"]} >= {HELD, OFF_ROCK, ON_WALL}
     assert len(found["sentence"].split()) <= 30
+
+
+@pytest.mark.parametrize(
+    ("span", "closer"),
+    [
+        ("90 ft", {"60 ft": False, "45 ft": True}),
+        ("65 ft", {"45 ft": True, "30 ft": False}),
+        ("60 ft", {"45 ft": True, "30 ft": False}),
+        ("45 ft", {"30 ft": False, "15 ft": True}),
+        ("30 ft", {"15 ft": True}),
+        ("20 ft", {"15 ft": True}),
+        ("19 m", {"45 ft": True, "30 ft": False}),
+        ("15 ft", {}),
+    ],
+)
+def test_stabilisers_stand_where_joints_of_collars_end(span, closer):
+    """Collars come in joints of 30 ft: 34 or 22 ft no rig can make up; 15 and 45 ft it can with a pony collar, which
+    takes more than whole joints do."""
+    one = bench(ROTARY, f"drillstring.collar.span={span}")
+    found = [each for each in remedies.Changed(one.motions, one.values, one.speeds).all() if each.key == remedies.SPAN]
+    assert {each.value: "pony" in each.words for each in found} == closer
+    assert all(each.words.startswith(f"stabilisers {each.value} apart") for each in found)
+    assert {each.value: each.effort > Effort.TRIP for each in found} == closer
+    assert {each.effort.words for each in found} <= {"at the next trip"}
+
+
+def test_what_a_change_allows_lies_above_the_end_of_stick_slip_at_each_weight():
+    """A PDC bit, stiff drive: the way up is free where a step shakes stick-slip off, but by the model it may last to
+    108, 120 and 130 rpm at 14, 16 and 18 klbf. At 16 klbf the way up begins at 122.5 rpm; held to 2 klbf, at 135."""
+    texts = ["drive.kind=stiff", "operation.depth=10000 ft", "drillstring.torsional_damping=11 ft*lbf*s/rad"]
+    texts += ["bit.surface_amplitude=0 mm", "bit.friction={static: 0.6, dynamic: 0.4}"]
+    one = bench(PDC, *texts, "sweep.rotary_speed={from: 60 rpm, to: 210 rpm, points: 31}")
+    changed = remedies.Changed(one.motions, {**one.values, "wob": 16 * KLBF}, one.speeds)
+    span = next(each for each in changed.all() if each.value == "30 ft")
+    wobs = [14 * KLBF, 16 * KLBF, 18 * KLBF]
+    ran = changed.at_weights(span, wobs)
+    study = changed.study_of(span, wobs)
+    settings = ({**vars(study.operation), "wob": wob, "rotary_speed": 60 * RPM} for wob in wobs)
+    at = [values_at(study.parameters, study.initial, one) for one in settings]
+    folds = checks_of(study.model).stick_slip_folds(at)
+    print([f / RPM for f in folds], [(a.free[0][0] / RPM, a.free[0][1] / RPM) for a in ran])
+    assert 80 * RPM < folds[0] < folds[1] < folds[2]
+    for fold, here in zip(folds, ran, strict=True):
+        assert here.has_room
+        assert here.free[0][0] > fold
+    assert ran[2].free[0][0] > ran[1].free[0][0]
+    held = changed.held_in_weight(ran[1])
+    assert held.weights == (pytest.approx(14 * KLBF), pytest.approx(18 * KLBF))
+    assert held.widest[0] > folds[2]
 
 
 def test_changes_that_are_there_already_or_not_read_are_not_run():

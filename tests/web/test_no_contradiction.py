@@ -142,8 +142,9 @@ def is_told(text: str, unit: str, known: set[tuple[str, float]]) -> bool:
             if step:
                 near |= {math.floor(number / step + 1e-6) * step, math.ceil(number / step - 1e-6) * step}
                 near |= {round(number / step) * step}
-            else:  # a rate, to two digits, rounded up
-                near |= {float(f"{number * 1.05:.2g}"), float(f"{number:.2g}")}
+            elif number > 0.0:  # a rate, to two digits: a least one is rounded up, a greatest one down
+                step = 10.0 ** (math.floor(math.log10(number)) - 1)
+                near |= {float(f"{number * 1.05:.2g}"), float(f"{number:.2g}"), math.floor(number / step) * step}
             if any(math.isclose(value, one, abs_tol=1e-6) for one in near):
                 return True
     return False

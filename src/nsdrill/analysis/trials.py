@@ -28,6 +28,7 @@ TAGGED = "picked up and tagged again"
 TAGGED_IN_CORNER = "in a corner, picked up and tagged again"
 _OF_WALL = (ON_WALL, SLOWED)
 RESOLVED = 1.2  # the ratio of two rates of which both are free, up to which what lies between needs no trial
+PONY_SPAN = "span with pony collars"
 OTHER_BIT = "lobes"  # the change that no rig can make of its bit, so that every other one comes before it
 
 
@@ -39,13 +40,15 @@ class Effort(IntEnum):
 
     SURFACE = 0
     TRIP = 1
-    ORDER = 2
-    BIT = 3
+    PONY = 2
+    """A trip with collars cut to half a joint, which not every rig has."""
+    ORDER = 3
+    BIT = 4
     """One that no rig can make of its bit."""
 
     @property
     def words(self) -> str:
-        return ("at the surface", "at the next trip", "to be ordered", "with another bit")[self]
+        return ("at the surface", *("at the next trip",) * 2, "to be ordered", "with another bit")[self]
 
 
 EFFORTS = {
@@ -53,6 +56,7 @@ EFFORTS = {
     "weight": Effort.SURFACE,
     "drive": Effort.SURFACE,
     "span": Effort.TRIP,
+    PONY_SPAN: Effort.PONY,
     "collar": Effort.ORDER,
     "eccentricity": Effort.ORDER,
     OTHER_BIT: Effort.BIT,
@@ -430,13 +434,14 @@ class Trials:
     def helping(self) -> list[Change]:
         """The changes, each at each of its weights, with room for a tolerance, and more than the string has as it is at
         that weight: a tolerance more where it has so much already, of which less is no gain that a driller can hold,
-        unless trials take that away. What trials cut is not compared with what none was run of."""
+        unless trials take that away. What trials cut is not compared with what none was run of; nor is what they show
+        to hold the weight as well, as the setting has no room where changes are run."""
         return [one for change in self.changes if change.key for one in change.every if self._helps(one)]
 
     def _helps(self, one: Change) -> bool:
         now = self.as_it_is and self.as_it_is.at(one.wob)
         is_here = now is not None and now.wob in (None, self.wob)  # to what the map and its trials say
-        if one.trials and not (is_here and self.trials):
+        if one.trials and (one.promised > Robust.POOR or not (is_here and self.trials)):
             return one.has_room
         least = (now.room or 0.0) if now is not None and not self.nothing else 0.0
         gain = 1.0 - 1e-9 if now is not None and now.has_room and not (is_here and self._is_poor) else 0.0
@@ -514,15 +519,16 @@ def bad_tag(trials: Iterable[Trial]) -> Trial | None:
 
 
 def free_stretches(ways: Sequence[Trial]) -> list[tuple[int, int]]:
-    """The first and last place of each stretch of ``ways``, the slower first, that ended free: of half of all
-    at least, as what is free at a few of many rates is so by chance, and
-    :func:`are_resolved`."""
-
-    return [
-        (first, last)
+    """The first and last place of each stretch of ``ways``, the slower first, on which one can rely: those that ended
+    free at half of all rates at least, as what is free at a few of many rates is so by chance, and
+    :func:`are_resolved`; without the rate beside one that did not, as such a rate vibrates in some manners in which it
+    was not tried. What that leaves is more than one rate, which no one holds."""
+    found = [
+        (first + (first > 0), last - (last < len(ways) - 1))
         for first, last in hopeful(ways)
         if 2 * (last - first + 1) >= len(ways) and (len(ways) == 1 or are_resolved(ways[first : last + 1]))
     ]
+    return [(first, last) for first, last in found if first < last or len(ways) == 1]
 
 
 def are_resolved(ways: Sequence[Trial]) -> bool:

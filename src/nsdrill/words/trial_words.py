@@ -102,13 +102,15 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, *, brief: bool 
 
 
 def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, brief: bool = False) -> str:
-    """What a ``change`` frees, and at which weight alone it was tried; "" where it frees nothing. In ``brief`` without
-    what it takes, and why it is poor."""
+    """What a ``change`` frees, and at which weight alone it was tried, or that it was not where others were; "" where
+    it frees nothing. In ``brief`` without what it takes, and why it is poor."""
     if change.widest is None:
         return ""
     wob = _weight_of(change, found)
     where = f" at {fmt.value('wob', wob)}" if wob is not None and change.name != "weight" else ""
     where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
+    tried = any(one.trials for each in found.changes for one in each.every)
+    where += ", untried" if change.key and tried and not change.trials else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
     passed = f", brought up past {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""

@@ -12,7 +12,7 @@ from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import room
 from nsdrill.analysis.sticking import sticks_past
-from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, Change, deepest, narrowed
+from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, PONY_SPAN, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
 from nsdrill.app.check import damping_of_torsion, lasting_motions
@@ -37,6 +37,9 @@ TIMED = 20.0  # s of each motion by which changes are priced
 COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer diameters of drill collars
 LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
+CLOSER = (0.75, 0.5)  # of the length between stabilisers
+JOINT, PONY = 30, 15  # ft, of a drill collar, and of one that is cut to half of it
+WITH_PONY = " with pony collars"
 STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
 LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
@@ -74,9 +77,9 @@ class Changed:
             return float(value_at(resolved, key)) if key in known else 0.0
 
         length, small = ("ft", "in") if is_field else ("m", "mm")
-        for share in (0.75, 0.5):
-            text = _rounded(share * now(SPAN), length)
-            yield Change("span", SPAN, text, f"stabilisers {text} apart")
+        if SPAN in known:
+            for text, words in closer(now(SPAN), length).items():
+                yield Change(PONY_SPAN if WITH_PONY in words else "span", SPAN, text, words)
         if DRIVE in known and value_at(resolved, DRIVE) in STIFF:
             yield Change("drive", DRIVE, "soft_torque", "soft torque")
         weight = _rounded(2 / 3 * self.values["wob"], "klbf" if is_field else "kN")
@@ -233,6 +236,21 @@ class Changed:
         assert change.speed is not None
         study = self._parsed(self.motions.resolved(self._at(change, rotary_speed=change.speed)), change)
         return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
+
+
+def closer(span: float, unit: str) -> dict[str, str]:
+    """The lengths between stabilisers to which a ``span`` [m] is reduced, as texts in a ``unit``, each with the change
+    in words. In feet they are those that joints of collars make up, with pony collars where joints alone do not."""
+    if unit != "ft":
+        texts = (_rounded(share * span, unit) for share in CLOSER)
+        return {text: f"stabilisers {text} apart" for text in texts}
+    halves = dict.fromkeys(int(share * from_si(span, unit) / PONY + SLACK) for share in CLOSER)
+    return {
+        f"{PONY * number} {unit}": f"stabilisers {PONY * number} {unit} apart"
+        f"{WITH_PONY if PONY * number % JOINT else ''}"
+        for number in halves
+        if number
+    }
 
 
 def _within_free(change: Change, other: Change) -> Change | None:

@@ -69,14 +69,15 @@ FIRST = 20.0  # s at the lowest speed
 PAUSE = 10.0  # s between the end of one ramp and the next
 SET_DOWN = (5.0, 20.0)  # s in which the weight is set
 # s in which the weight is set, and for which one waits between the weight and the speed: ways in have the first two in
-# turn, and what is recommended is tried in the others as well, as the phase decides in which the bit meets the rock
+# turn, and every rate that is recommended is tried in the others as well, as the phase decides in which the bit meets
+# the rock: over lobes of 1 mm rates of which three such trials were free vibrate in a third of them or more
 MANNERS = ((5.0, 20.0), (20.0, 20.0))
-OTHERS = ((20.0, 0.0), (5.0, 61.1), (5.0, 0.0), (20.0, 120.0), (20.0, 41.7), (5.0, 93.3))
+OTHERS = ((20.0, 0.0), (5.0, 61.1), (5.0, 0.0), (20.0, 120.0), (20.0, 41.7), (5.0, 93.3), (20.0, 76.9))
 # of the lowest speed, where those of OTHERS begin that raise the speed past the wall's: where a rise begins decides in
 # which phase of its swing the bit comes there, and to the end
-BEGUN = (0.5, 0.75, 0.25, 0.6, 0.4, 0.9)
+BEGUN = (0.5, 0.75, 0.25, 0.6, 0.4, 0.9, 0.33)
 WAITS = (0.0, 120.0)  # s, the shortest and the longest of these waits
-BETWEEN = 2  # of these others, at rates between the slowest and the fastest that are recommended
+FEW = 2  # of these others, at every rate before the rest: most rates that vibrate do so in one of these
 TAG = 20.0  # s in which it is set again, carefully
 MORE = 8  # ways in between those that ended free, as a few may do so by chance
 EXCURSION = 0.1  # of the speed
@@ -85,7 +86,7 @@ LOWERING_RATE = RPM  # rad/s^2
 LIFT, LEAST_LIFT = 2.0, 5e-3  # of how deep the bit is in the rock and of the lobes; m
 BELOW = 0.4  # of the speed, from which it is raised where the sweep has no lower one
 INTERRUPTED = "interrupted"
-TRIED, OF_TRIED = 4, 17000.0  # changes that have trials, as a rule, and s simulated in those of one
+TRIED, OF_TRIED = 4, 25000.0  # changes that have trials, as a rule, and s simulated in those of one
 FREE_COST = 0.6  # of what a second of the string as it is costs, where most of its motions roll: that of trials
 
 BUSY = 0.8  # of the time of a thread, below which others take the rest
@@ -275,8 +276,8 @@ class Bench:
 
     @property
     def _repeated(self) -> int:
-        """How many ways in of one order there are in other manners, where it is free at all rates."""
-        return BETWEEN * (len(self.first_rates[SPEED_FIRST]) + MORE) + 2 * (len(OTHERS) - BETWEEN)
+        """How many ways in there are in other manners, where both orders are free at all rates."""
+        return len(OTHERS) * (sum(map(len, self.first_rates.values())) + MORE)
 
     def ways_in(self) -> list[Plan]:
         """The weight first, then the speed; and the speed first, with no weight."""
@@ -323,8 +324,8 @@ class Bench:
 
     def repeated(self, ended: Sequence[Trial]) -> list[Plan]:
         """Those that are recommended by what ``ended``, in other manners: a few at every rate, and where these were
-        free, all at the slowest and the fastest; none where all of them have been run. A rate at which one of them
-        vibrates is recommended no more, so that others come to be the slowest or the fastest."""
+        free, all; none where all of them have been run. A rate at which one of them vibrates is recommended no more,
+        nor are those beside it."""
         trials = Trials(tuple(ended))
         best = best_stretch(trials, dict.fromkeys(self.first_rates, free_stretches))
         if best is None:
@@ -341,9 +342,8 @@ class Bench:
             for name, rates in spans
             for rate in rates
         }
-        few = [(*key, OTHERS[had:BETWEEN]) for key, had in done.items() if had < BETWEEN]
-        ends = {(name, end) for name, rates in spans for end in rates[:1] + rates[-1:]}
-        wanted = few or [(*key, OTHERS[done[key] :]) for key in done if key in ends]
+        few = [(*key, OTHERS[had:FEW]) for key, had in done.items() if had < FEW]
+        wanted = few or [(*key, OTHERS[had:]) for key, had in done.items()]
         return [self._way_in(name, rate, manner) for name, rate, manners in wanted for manner in manners]
 
     def disturbances(self, state: Array) -> list[Plan]:
