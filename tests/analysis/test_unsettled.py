@@ -45,10 +45,20 @@ def results(rows=ROOMY, unsettled=(), short=False, up="up"):
     [
         ([], False, "Bring up to ", []),
         ([(2, 3)], False, "Not settled, not to drill by. To confirm: bring up to ", ["NOT SETTLED"]),
-        ([(1, 4), (2, 3)], True, "Not settled, not to drill by. To confirm: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        (
+            [(1, 4), (2, 3)],
+            True,
+            "Not settled, not to drill by. To confirm: bring up to ",
+            ["NOT SETTLED", "OBSERVED TOO SHORTLY"],
+        ),
         ([(0, 5)], False, "Bring up to ", []),  # what to stay within ends before it
         ([], True, "By short runs, not to drill by. To confirm: bring up to ", ["OBSERVED TOO SHORTLY"]),
-        ([(2, 3)], True, "Not settled, not to drill by. To confirm: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        (
+            [(2, 3)],
+            True,
+            "Not settled, not to drill by. To confirm: bring up to ",
+            ["NOT SETTLED", "OBSERVED TOO SHORTLY"],
+        ),
         ([(2, 0), (2, 6)], False, "Bring up to ", []),  # they vibrate, and bound it on the safe side
     ],
 )
@@ -112,7 +122,7 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     first = "DO Have the map run again, with longer runs, and do not drill by this page before: its runs"
     assert first in said
     assert why in said
-    assert said.index(first) < said.index("TO CONFIRM, not to drill by") < said.index("Try 80 kN and 3 rad/s")
+    assert said.index(first) < said.index("TO CONFIRM, not to drill by") < said.index(" Try ")
     assert "Drill at" not in said
     assert "to confirm [rad/s]" in said
     settled = one_page([Sheet(results(), "si", "x.h5")], "A4", {})
@@ -123,7 +133,9 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     assert "ordered [rad/s]" in settled
 
 
-@pytest.mark.parametrize(("limit", "begins"), [(0.5, "Bring up to "), (3.0, "By short runs, not to drill by. To confirm: bring up to ")])
+@pytest.mark.parametrize(
+    ("limit", "begins"), [(0.5, "Bring up to "), (3.0, "By short runs, not to drill by. To confirm: bring up to ")]
+)
 def test_slow_speeds_of_a_run_up_make_no_answer_short(limit, begins):
     """The observation holds few revolutions of the drive below the ``limit``; one is to stay
     above 1 rad/s."""

@@ -28,7 +28,7 @@ def texts(results) -> tuple[str, str, str]:
     found = find_window(results)
     orders = Orders(*needed_for_words(found, "field"))
     line = next((one for one in words_of(found, "field").lines() if one.startswith("Way in")), "")
-    return line, " ".join(orders.do()), " ".join(orders.do_not())
+    return line, " ".join((*orders.do(), *orders.to_confirm())), " ".join(orders.do_not())
 
 
 def off_bottom(low: float, high: float, rate: float | None) -> dict:

@@ -199,7 +199,7 @@ def one_page(
     below = _of_model(first)  # told there in any case
     told = [in_rig_words(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
-    is_ordered = any("after a disturbance: in trials" in text for text in (*do, *confirm))
+    is_ordered = any("after a disturbance, as in trials: " in text for text in (*do, *confirm))
     told = [text for text in told if not (is_ordered and text.startswith("DISTURBED IN TRIALS"))]
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
@@ -588,7 +588,11 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     first = sheets[0]
     sign = quantity(first.maps.x, first.units).unit
     unit = f" [{escaped(sign)}]" if sign else ""
-    headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", _ordered_heading(sheets)]
+    headings = [
+        *([f"stick-slip {_bound(first)}"] if _sticks(first) else []),
+        "next limit above",
+        _ordered_heading(sheets),
+    ]
     name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
     columns = "".join(f"<th>{heading}{escaped(name)}{unit}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)

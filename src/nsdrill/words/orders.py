@@ -198,8 +198,8 @@ class Orders(Words):
         found = disturbances(self.advice.trials)
         if not found:
             return ""
-        told = listed([f"{one.name} it {self.verbs_of(one.responses) or 'vibrates'}" for one in found])
-        return f" Expect it after a disturbance: in trials, {told}."
+        told = "; ".join(f"{one.name}, it {self.verbs_of(one.responses) or 'vibrates'}" for one in found)
+        return f" Expect it after a disturbance, as in trials: {told}."
 
     def _recover(self) -> str:
         """What ends a vibration. What lowering the speed ends is named, as it never ends

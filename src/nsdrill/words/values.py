@@ -104,7 +104,8 @@ class Formatter:
         """As :meth:`range`, of one value or two, to the tenth that a gauge on a rig shows; of less than a tenth whole."""
         scale = shown_quantity(axis, self.system).scale
         tenths = [round(end / scale, 1) * scale for end in ends]
-        return self.range(axis, list(ends if 0.0 in tenths else tenths))
+        shown = ends if 0.0 in tenths else tenths
+        return self.range(axis, [shown[0], shown[-1]])
 
     def range(self, axis: str, ends: list[float]) -> str:
         """``105 to 150 rpm``; of two equal ends one."""
