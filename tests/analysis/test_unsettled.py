@@ -27,6 +27,8 @@ from .grids import grid
 SPEEDS, WEIGHTS = np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3)
 ROOMY = ["s.....w"] * 5
 TOO_SHORT = {units: ["Short: the torsional period is 6 s at most."] for units in ("si", "field")}
+UNSETTLED = "Not settled, not to drill by. To confirm: bring up to "
+BY_SHORT = "By short runs, not to drill by. To confirm: bring up to "
 
 
 def results(rows=ROOMY, unsettled=(), short=False, up="up"):
@@ -44,21 +46,11 @@ def results(rows=ROOMY, unsettled=(), short=False, up="up"):
     ("unsettled", "short", "begins", "heads"),
     [
         ([], False, "Bring up to ", []),
-        ([(2, 3)], False, "Not settled, not to drill by. To confirm: bring up to ", ["NOT SETTLED"]),
-        (
-            [(1, 4), (2, 3)],
-            True,
-            "Not settled, not to drill by. To confirm: bring up to ",
-            ["NOT SETTLED", "OBSERVED TOO SHORTLY"],
-        ),
+        ([(2, 3)], False, UNSETTLED, ["NOT SETTLED"]),
+        ([(1, 4), (2, 3)], True, UNSETTLED, ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
         ([(0, 5)], False, "Bring up to ", []),  # what to stay within ends before it
-        ([], True, "By short runs, not to drill by. To confirm: bring up to ", ["OBSERVED TOO SHORTLY"]),
-        (
-            [(2, 3)],
-            True,
-            "Not settled, not to drill by. To confirm: bring up to ",
-            ["NOT SETTLED", "OBSERVED TOO SHORTLY"],
-        ),
+        ([], True, BY_SHORT, ["OBSERVED TOO SHORTLY"]),
+        ([(2, 3)], True, UNSETTLED, ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
         ([(2, 0), (2, 6)], False, "Bring up to ", []),  # they vibrate, and bound it on the safe side
     ],
 )
@@ -133,9 +125,7 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     assert "ordered [rad/s]" in settled
 
 
-@pytest.mark.parametrize(
-    ("limit", "begins"), [(0.5, "Bring up to "), (3.0, "By short runs, not to drill by. To confirm: bring up to ")]
-)
+@pytest.mark.parametrize(("limit", "begins"), [(0.5, "Bring up to "), (3.0, BY_SHORT)])
 def test_slow_speeds_of_a_run_up_make_no_answer_short(limit, begins):
     """The observation holds few revolutions of the drive below the ``limit``; one is to stay
     above 1 rad/s."""

@@ -259,20 +259,21 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.....w",
             None,
-            " above the setting: lower to 100 rpm, but not to 80 rpm, where it sticks; the map, lowered, was free at 100 rpm. "
-            "If any",
+            " above the setting: lower to 100 rpm, but not to 80 rpm, where it sticks; "
+            "runs lowered to 100 rpm were free. If any",
         ),
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; the map, "
-            "lowered, was free at 80 rpm. Then pick up and come in again as above. If any",
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
+            "runs lowered to 80 rpm were free. Then pick up and come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; the map, "
-            "lowered, was free at 80 rpm. Then pick up and come in again as above: stick-slip, once started, may last to 82 rpm. If any",
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
+            "runs lowered to 80 rpm were free. Then pick up and come in again as above: stick-slip, once started, "
+            "may last to 82 rpm. If any",
         ),
     ],
 )

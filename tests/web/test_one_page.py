@@ -11,7 +11,7 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import HELD, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import DAMPING, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
+from nsdrill.data import DAMPING, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
@@ -240,6 +240,17 @@ drillstring: {{eccentricity: 2 mm}}
     assert "--" not in said
 
 
+def test_what_was_changed_for_the_runs_is_in_the_head():
+    """Two pages of one well looked alike: the damping by which they differed was among what was left out."""
+    results = made(WALL, up=FREE, down=ROLLS)
+    study = "drillstring: {axial_damping: 9467 lbf*s/ft}"
+    assert "(changed for this run)" not in words(results, study)
+    given = json_text(["drillstring.axial_damping=9467 lbf*s/ft", "simulation.transient=120 s"])
+    said = words(replace(results, attrs={**results.attrs, OVERRIDES: given}), study)
+    assert "axial damping 9467 lbf s/ft (changed for this run)" in said
+    assert said.count("(changed for this run)") == 1
+
+
 @pytest.mark.parametrize(
     ("up", "lasts", "number", "row"),
     [
@@ -444,7 +455,7 @@ def test_a_vibration_is_not_lowered_to_where_it_vibrates_again():
     said = words(made(up=["ss.....", *["......."] * 2], down=["sss.www"] * 3, weights=WEIGHTS[:3]))
     assert "lower to 100 rpm" in said
     assert "not to 90 rpm, where it sticks" in said
-    assert "the map, lowered, was free at 100 rpm" in said
+    assert "runs lowered to 100 rpm were free" in said
 
 
 def test_si_is_rounded_to_what_can_be_held():

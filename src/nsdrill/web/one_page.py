@@ -46,6 +46,7 @@ from nsdrill.data import (
     drive_kind,
     edited_words,
     evenly_spaced,
+    overrides,
     resolved_study,
 )
 from nsdrill.errors import InputError, Refusal, count
@@ -255,7 +256,7 @@ def _helps(one: Sheet) -> list[str]:
         easier = _without_trip(tried)
         without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
-        found = [told if best.lower() in text.lower() else text for text in found]
+        found = list(dict.fromkeys(told if best.lower() in text.lower() else text for text in found))
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
@@ -319,16 +320,24 @@ def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
     first, *others = (studied(one.results.attrs, one.results, one.units) for one in sheets)
     common = [text for text in first if all(text in other for other in others)]
     common = [text for text in common if text not in NO_WORDS_OF_A_RIG]
-    names_first = _named_first()
-    common.sort(key=lambda text: next((at for at, name in enumerate(names_first) if text.startswith(name)), 99))
+    names_first, changed = _named_first(), _changed(sheets)
+    order = (*names_first, *changed)
+    common.sort(key=lambda text: next((at for at, name in enumerate(order) if text.startswith(name)), len(order)))
     shown: list[str] = []
     for text in common:
-        if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith(names_first):
+        if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith((*names_first, *changed)):
             break
-        shown.append(text)
+        shown.append(f"{text} (changed for this run)" if text.startswith(changed) else text)
     rest = f"; {count(len(common) - len(shown), 'other number')} as in the study" if len(common) > len(shown) else ""
     which = f" {names[0][:1].upper()}{names[0][1:]}." if len(sheets) > 1 or names[0] != sheets[0].title else ""
     return f"{'; '.join(shown)}{rest}.{which}"
+
+
+def _changed(sheets: Sequence[Sheet]) -> tuple[str, ...]:
+    """The words of the numbers that were changed for the runs, by which one page of a well differs from another: they
+    are never cut. How a map was swept and run stands there in any case."""
+    keys = [key for one in sheets for key in overrides(one.results.attrs) if key.partition(".")[0] not in NO_NAMES]
+    return tuple(found.words for key in dict.fromkeys(keys) if (found := find(key)))
 
 
 def _named_first() -> tuple[str, ...]:
@@ -588,16 +597,13 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     first = sheets[0]
     sign = quantity(first.maps.x, first.units).unit
     unit = f" [{escaped(sign)}]" if sign else ""
-    headings = [
-        *([f"stick-slip {_bound(first)}"] if _sticks(first) else []),
-        "next limit above",
-        _ordered_heading(sheets),
-    ]
+    sticks = [f"stick-slip {_bound(first)}"] if _sticks(first) else []
+    headings = [*sticks, "next limit above", _ordered_heading(sheets)]
     name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
     columns = "".join(f"<th>{heading}{escaped(name)}{unit}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
-    best = first.advice.cell[1] if first.advice.cell is not None else None
+    best = first.advice.cell[1] if first.advice.cell is not None and _has_orders(first) else None
     body = ""
     for (row, _), texts in zip(rows, _cells(sheets, rows), strict=True):
         cells = "".join(f"<td>{escaped(text)}</td>" for text in texts)

@@ -111,7 +111,7 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
     where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
-    passed = f", through {fmt.range_outwards(along, *change.passed)}, not free" if change.passed is not None else ""
+    passed = f", not {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""
     free = f"{fmt.range_inwards(along, *change.widest)}{where}{passed}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"

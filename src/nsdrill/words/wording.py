@@ -1073,8 +1073,8 @@ class Words:
         if found.by_trial and not self.may_stay_on_wall():
             return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
-            there = "at" if found.bound is not None else "from"
-            return f"the map, lowered, was free {there} {self.lowered_to()}"
+            below = "" if found.bound is not None else " and below"
+            return f"runs lowered to {self.lowered_to()}{below} were free"
         who = "what a knock started in a trial" if found.by_trial else "what the map met"
         return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
