@@ -148,6 +148,7 @@ def test_what_would_help_stands_beside_a_hint():
     assert f"Do not drill at any setting of this map: {why}" in page
     assert "none of this map is to drill by: at 15 klbf and 100 rpm none of 1 way in" in page
     assert "free in the map, not ordered [rpm]" in page
+    assert page.partition("DO NOT")[0].count("run again: stabilisers 30 ft apart") == 1
     assert "Drill at" not in page
     assert "Then set" not in page
 
@@ -247,7 +248,7 @@ def test_what_was_changed_for_the_runs_is_in_the_head():
     assert "(changed for this run)" not in words(results, study)
     given = json_text(["drillstring.axial_damping=9467 lbf*s/ft", "simulation.transient=120 s"])
     said = words(replace(results, attrs={**results.attrs, OVERRIDES: given}), study)
-    assert "axial damping 9467 lbf s/ft (changed for this run)" in said
+    assert "axial damping 9467 lbf*s/ft (changed for this run)" in said
     assert said.count("(changed for this run)") == 1
 
 

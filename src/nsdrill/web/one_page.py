@@ -189,7 +189,7 @@ def one_page(
     if first.advice.kind == Kind.UNKNOWN:
         do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
         do_not = [f"Do not {'drill' if first.drills else 'work'} by this page: it names no limit."]
-    if do and first.advice.kind == Kind.HINT:
+    if do and first.advice.kind == Kind.HINT and not first.orders.is_withdrawn:  # whose orders have it
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
     have = f"Have the {changed if first.drills else 'model or the map changed and run again'}."
