@@ -208,12 +208,13 @@ def one_page(
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
     small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
-    above = [names[0], *others] if len(sheets) > 1 else []
+    is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
+    above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
     lines = [*do, *([CONFIRM.format("")] if confirm else []), *confirm]
     scale, room = _scale(paper, lines, do_not, small, _cells(sheets, rows), [*above, *_jumps(sheets, names)])
     is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
-    if first.orders.is_to_confirm and not first.orders.caveat:  # which says so
+    if is_named_hint:
         whose += f"<div class='whose'>{escaped(CONFIRM.format(first.orders.not_yet))}</div>"
     of_what = " for vibration" if first.drills else ""
     filled = {name: value for name, value in fields.items() if value or first.drills or name not in OF_A_RIG}
@@ -646,7 +647,7 @@ def _ordered_heading(sheets: Sequence[Sheet]) -> str:
     """The heading of the last column, which a rig reads as leave: of what is ordered, of what is to be confirmed
     or of neither."""
     if not any(_has_orders(one) for one in sheets):
-        return "free in the map, not ordered"
+        return "free, not ordered"
     if any(one.orders.is_to_confirm for one in sheets):
         return "to confirm" if all(one.orders.is_to_confirm for one in sheets) else "ordered, or to confirm"
     return "ordered"
