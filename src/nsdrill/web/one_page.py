@@ -211,7 +211,14 @@ def one_page(
     is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
     lines = [*do, *([CONFIRM.format("")] if confirm else []), *confirm]
-    scale, room = _scale(paper, lines, do_not, small, _cells(sheets, rows), [*above, *_jumps(sheets, names)])
+    scale, room = _scale(
+        paper,
+        lines,
+        do_not,
+        small,
+        [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
+        [*above, *_jumps(sheets, names)],
+    )
     is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
@@ -596,12 +603,8 @@ def _rows(sheets: Sequence[Sheet]) -> Iterator[tuple[int, list[int | None]]]:
 def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[int, list[int | None]]]) -> str:
     """Where stick-slip ends, and the next limit above, by weight and file."""
     first = sheets[0]
-    sign = quantity(first.maps.x, first.units).unit
-    unit = f" [{escaped(sign)}]" if sign else ""
-    sticks = [f"stick-slip {_bound(first)}"] if _sticks(first) else []
-    headings = [*sticks, "next limit above", _ordered_heading(sheets)]
-    name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
-    columns = "".join(f"<th>{heading}{escaped(name)}{unit}</th>" for heading in headings)
+    headings = _headings(sheets)
+    columns = "".join(f"<th>{escaped(heading)}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
     best = first.advice.cell[1] if first.advice.cell is not None and _has_orders(first) else None
@@ -641,6 +644,16 @@ def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             told = " and ".join(dict.fromkeys(one.orders.over(jump) for jump in jumps_of(one.maps)))
             text = f"not known to be free when brought up: {told}"
             yield f"{name}: {text}" if len(sheets) > 1 else text
+
+
+def _headings(sheets: Sequence[Sheet]) -> list[str]:
+    """The headings of the columns of each file, with their unit."""
+    first = sheets[0]
+    sign = quantity(first.maps.x, first.units).unit
+    unit = f" [{sign}]" if sign else ""
+    name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
+    sticks = [f"stick-slip {_bound(first)}"] if _sticks(first) else []
+    return [f"{text}{name}{unit}" for text in (*sticks, "next limit above", _ordered_heading(sheets))]
 
 
 def _ordered_heading(sheets: Sequence[Sheet]) -> str:
@@ -827,7 +840,7 @@ SMALL_LINE, WIDE = 3.2, 128
 ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it
 ROW_WIDE, CELL_GAP = 104, 3  # characters, and those that the edge of a cell takes
 OF_WORDS = 1.2  # how much longer a text is in lines that are broken between words
-HEADINGS = 3  # lines, of the table
+HEADINGS = 1  # line, of the names of files, above the headings of the columns
 HEAD, LEAST_MAP = 69.0, 60.0
 MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
@@ -840,8 +853,8 @@ def _scale(
     cells: Sequence[Sequence[str]],
     others: Sequence[str],
 ) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table
-    and ``others``, whole lines; and the room of the map [mm]."""
+    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table,
+    of which the first row is its headings, and ``others``, whole lines; and the room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
         lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
