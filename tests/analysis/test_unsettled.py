@@ -27,6 +27,8 @@ from .grids import grid
 SPEEDS, WEIGHTS = np.arange(1.0, 8.0), np.arange(10e3, 60e3, 10e3)
 ROOMY = ["s.....w"] * 5
 TOO_SHORT = {units: ["Short: the torsional period is 6 s at most."] for units in ("si", "field")}
+UNSETTLED = "Not settled, not to drill by. To confirm: bring up to "
+BY_SHORT = "By short runs, not to drill by. To confirm: bring up to "
 
 
 def results(rows=ROOMY, unsettled=(), short=False, up="up"):
@@ -44,11 +46,11 @@ def results(rows=ROOMY, unsettled=(), short=False, up="up"):
     ("unsettled", "short", "begins", "heads"),
     [
         ([], False, "Bring up to ", []),
-        ([(2, 3)], False, "Not settled: bring up to ", ["NOT SETTLED"]),
-        ([(1, 4), (2, 3)], True, "Not settled: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        ([(2, 3)], False, UNSETTLED, ["NOT SETTLED"]),
+        ([(1, 4), (2, 3)], True, UNSETTLED, ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
         ([(0, 5)], False, "Bring up to ", []),  # what to stay within ends before it
-        ([], True, "By short runs: bring up to ", ["OBSERVED TOO SHORTLY"]),
-        ([(2, 3)], True, "Not settled: bring up to ", ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
+        ([], True, BY_SHORT, ["OBSERVED TOO SHORTLY"]),
+        ([(2, 3)], True, UNSETTLED, ["NOT SETTLED", "OBSERVED TOO SHORTLY"]),
         ([(2, 0), (2, 6)], False, "Bring up to ", []),  # they vibrate, and bound it on the safe side
     ],
 )
@@ -108,15 +110,22 @@ def test_the_sheet_orders_nothing_without_a_word_of_it(unsettled, short, why):
     page = one_page([Sheet(results(unsettled=unsettled, short=short), "si", "x.h5")], "A4", {})
     said = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page.partition("</style>")[2])).split())
     assert "<div class='answer no'>" in page
-    assert re.search(r"(Not settled|By short runs): bring up to ", said)
-    assert "DO Have the map run again, with longer runs, before drilling by this page: its runs" in said
+    assert re.search(r"(Not settled|By short runs), not to drill by\. To confirm: bring up to ", said)
+    first = "DO Have the map run again, with longer runs, and do not drill by this page before: its runs"
+    assert first in said
     assert why in said
+    assert said.index(first) < said.index("TO CONFIRM, not to drill by") < said.index(" Try ")
+    assert "Drill at" not in said
+    assert "to confirm [rad/s]" in said
     settled = one_page([Sheet(results(), "si", "x.h5")], "A4", {})
     assert "<div class='answer yes'>" in settled
-    assert "before drilling by this page" not in settled
+    assert "by this page before" not in settled
+    assert "TO CONFIRM" not in settled
+    assert "Drill at" in settled
+    assert "ordered [rad/s]" in settled
 
 
-@pytest.mark.parametrize(("limit", "begins"), [(0.5, "Bring up to "), (3.0, "By short runs: bring up to ")])
+@pytest.mark.parametrize(("limit", "begins"), [(0.5, "Bring up to "), (3.0, BY_SHORT)])
 def test_slow_speeds_of_a_run_up_make_no_answer_short(limit, begins):
     """The observation holds few revolutions of the drive below the ``limit``; one is to stay
     above 1 rad/s."""

@@ -28,7 +28,7 @@ def texts(results) -> tuple[str, str, str]:
     found = find_window(results)
     orders = Orders(*needed_for_words(found, "field"))
     line = next((one for one in words_of(found, "field").lines() if one.startswith("Way in")), "")
-    return line, " ".join(orders.do()), " ".join(orders.do_not())
+    return line, " ".join((*orders.do(), *orders.to_confirm())), " ".join(orders.do_not())
 
 
 def off_bottom(low: float, high: float, rate: float | None) -> dict:
@@ -262,20 +262,21 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.....w",
             None,
-            " above the setting: lower to 100 rpm, and not to 80 rpm, where it sticks; the way down was free there. "
-            "If any",
+            " above the setting: lower to 100 rpm, but not to 80 rpm, where it sticks; "
+            "runs lowered to 100 rpm were free. If any",
         ),
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits, and not to 70 rpm, where it sticks; the way down was "
-            "free there. Then pick up and come in again as above. If any",
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
+            "runs lowered to 80 rpm were free. Then pick up and come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits, and not to 70 rpm, where it sticks; the way down was "
-            "free there. Then pick up and come in again as above: stick-slip, once started, may last to 82 rpm. If any",
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
+            "runs lowered to 80 rpm were free. Then pick up and come in again as above: stick-slip, once started, "
+            "may last to 82 rpm. If any",
         ),
     ],
 )

@@ -435,7 +435,7 @@ def test_only_a_point_with_room_that_was_brought_up_from_below_is_an_order():
     unsettled.variables["settled"] = np.ones(unsettled["status"].shape, dtype=np.int8)
     unsettled["settled"][0, 0, 2, 3] = 0
     text, warned = said(unsettled)
-    assert text.startswith("Not settled: run at 30 kN and 4 rad/s")
+    assert text.startswith("Not settled, not to drill by. To confirm: run at 30 kN and 4 rad/s")
     assert warned.startswith("NOT SETTLED: at 1 of 25 allowed points, the best one among them,")
     above = grid({"up": [ROOMY], "down": [ROOMY]}, SPEEDS, WEIGHTS)
     above.attrs["lasting_motions"] = json_text([{**WALL, "from": 1.0, "everywhere": True}])

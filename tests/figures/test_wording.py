@@ -320,7 +320,7 @@ def test_the_cure_of_stick_slip_stays_within_the_limits(weights, speeds, cure):
     assert re.search(r"it is stick-slip: (.*?\.)(?: |$)", told)[1] == cure
     assert "If it vibrates otherwise: pick up, stop the rotation, start again." in told
     assert "lower to" not in told + " ".join(orders.lines())
-    hint = Orders(replace(advice, kind=Kind.HINT), *of_map).do()
+    hint = Orders(replace(advice, kind=Kind.HINT), *of_map).to_confirm()
     assert "If it vibrates: pick up, stop the rotation, start again." in hint, "before what is watched"
     whirls = Orders(replace(advice, recover=replace(down, responses=("stick_slip", "whirl"))), *of_map)
     assert "If it whirls: lower to 80 rpm" in " ".join(whirls.do())

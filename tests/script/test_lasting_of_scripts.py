@@ -40,7 +40,7 @@ def test_what_goes_on_once_it_has_begun_is_told(model_of, tmp_path):
     found = nsdrill.window(str(tmp_path / "a.h5"))
     assert found["answer"]["recover"]["outcome"] == "ends"
     assert found["answer"]["recover"]["at"]["parameters_torque"] == pytest.approx(4 * 0.1 / np.pi, abs=0.05)
-    assert "once started, ends when lowered to 0.1" in found["answer"]["sentence"]
+    assert "once started, ends when lowered to torque 0.1" in found["answer"]["sentence"]
     assert "pick up" not in str(found)
 
 

@@ -10,6 +10,7 @@ import random
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from analysis.grids import told
 from figures.test_wording import WALL, made
@@ -153,7 +154,7 @@ def is_told(text: str, unit: str, known: set[tuple[str, float]]) -> bool:
 def spoken(one: Sheet) -> list[str]:
     """The sentence, the lines, the orders: what says what to do."""
     words = one.orders
-    return [words.sentence(), *words.lines(), *words.do(), *words.do_not()]
+    return [words.sentence(), *words.lines(), *words.do(), *words.to_confirm(), *words.do_not()]
 
 
 def page_of(one: Sheet) -> str:
@@ -184,8 +185,8 @@ def _ranges(text: str) -> dict[str, tuple[float, float]]:
 def targets(one: Sheet) -> list[tuple[str, dict[str, float]]]:
     """The settings to which the orders lead, but for a vibration, which has to end: each with its text."""
     found = []
-    for text in one.orders.do():
-        if match := re.match(r"Drill at ((?:[^.]|\.\d)+)\. Stay within ((?:[^.]|\.\d)+)\.", text):
+    for text in (*one.orders.do(), *one.orders.to_confirm()):
+        if match := re.match(r"(?:Drill at|Try) ((?:[^.]|\.\d)+)\. Stay within ((?:[^.]|\.\d)+)\.", text):
             found.append((text, _value(match[1])))
             within = match[2].partition(", but not at ")[0]
             ends = _ranges(within)
@@ -248,7 +249,7 @@ def test_a_vibration_is_lowered_to_what_is_free_and_not_to_what_lies_below():
     for seed in range(STUDIES):
         one = sheet(seed, "field")
         found = one.advice.recover
-        for text in (*one.orders.lines(), *one.orders.do(), one.orders.sentence()):
+        for text in (*one.orders.lines(), *one.orders.do(), *one.orders.to_confirm(), one.orders.sentence()):
             match = re.search(r"[Ll]ower(?:ed)? to ([\d.]+) rpm", text)
             if not match:
                 continue
@@ -287,9 +288,41 @@ def test_the_limits_of_a_row_are_in_order_and_above_what_is_allowed():
             begins = [float(number) for number in re.findall(r"([\d.]+) to [\d.]+", limits)]
             more += len(begins) > 1
             assert begins == sorted(set(begins)), (seed, texts)
-            brought_up = "; ".join(part for part in texts[3].split("; ") if not part.endswith("only)"))
-            if begins and "(?)" not in texts[3] and "not known" not in texts[2] and brought_up[:1].isdigit():
-                last = max(float(number) for number in re.findall(r"[\d.]+", brought_up))
-                top = float(one.maps.values("rotary_speed")[-1]) / RPM
-                assert begins[-1] >= last - 1 or last >= top - 1, (seed, texts)
+            ordered = re.fullmatch(r"([\d.]+)(?: to ([\d.]+))?", texts[3])  # by no quick start, within the map
+            if ordered and begins and "not known" not in texts[2]:
+                last, top = float(ordered[2] or ordered[1]), float(one.maps.values("rotary_speed")[-1]) / RPM
+                free = first_limit_above(one, texts[0], last)
+                assert begins[-1] >= last - 1 or free is None or last >= top - 1, (seed, texts)
     assert more > 5
+
+
+def first_limit_above(one: Sheet, name: str, last: float) -> float | None:
+    """The first speed [rpm] above the ``last`` one of a row that the map does not allow; None where it allows all."""
+    maps = one.maps
+    at = 0 if maps.y is None else int(np.argmin(np.abs(maps.values("wob") - float(name.split()[0]) * KLBF)))
+    speeds, allowed = maps.values("rotary_speed") / RPM, maps.allowed[one.plane, at]
+    above = speeds[(speeds > last + 1e-6) & ~allowed]
+    return float(above[0]) if above.size else None
+
+
+def test_the_table_says_of_no_row_more_than_the_orders():
+    """What is neither named as not ordered nor of a page without orders is what to stay within."""
+    rows = 0
+    for seed in range(STUDIES):
+        one = sheet(seed, "field")
+        page = page_of(one)
+        table = page.partition("<table>")[2]
+        is_ordered = "ordered [rpm]" in table.replace("not ordered [rpm]", "") or "to confirm [rpm]" in table
+        assert is_ordered == (not one.orders.is_withdrawn and one.advice.kind not in (Kind.NOTHING, Kind.UNKNOWN))
+        for line in re.findall(r"<tr[^>]*>(.*?)</tr>", table)[1:]:
+            cells = [html.unescape(cell) for cell in re.findall(r"<td>(.*?)</td>", line)]
+            if not is_ordered or cells[3].startswith("not ordered") or cells[3] == "none":
+                continue
+            rows += 1
+            ends = one.orders.ends("rotary_speed").removesuffix(" rpm")
+            assert cells[3].partition(" (")[0] == ends, (seed, cells)
+            weight = float(cells[0].split()[0])
+            if "wob" in one.advice.stay_within:
+                within = one.advice.stay_within["wob"]
+                assert within.low / KLBF - 1e-6 <= weight <= within.high / KLBF + 1e-6, (seed, cells)
+    assert rows > 100

@@ -48,6 +48,7 @@ from nsdrill.data import (
     drive_kind,
     edited_words,
     evenly_spaced,
+    overrides,
     resolved_study,
 )
 from nsdrill.errors import InputError, Refusal, count
@@ -80,7 +81,9 @@ from nsdrill.words.values import ORDER, Formatter, in_order, reached
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
 OF_A_RIG = ("Well", "Rig")  # fields that what does not drill leaves out where they are empty
+CONFIRM = "TO CONFIRM, {}"  # a heading, with what the setting is not for
 MAX_ROWS = 9  # of the table of limits
+SAME = 1e-9  # by how much, relatively, equal values of an axis differ
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of control that a driller turns on and off
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
@@ -192,27 +195,45 @@ def one_page(
     first = sheets[0]
     do, do_not = first.orders.do(_with_control(first)), first.orders.do_not()
     helps = _helps(first)
+    if first.orders.is_withdrawn:
+        do = [*helps[: MOST - len(do)], *do]
     if first.advice.kind == Kind.UNKNOWN:
         do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
         do_not = [f"Do not {'drill' if first.drills else 'work'} by this page: it names no limit."]
-    if do and first.advice.kind == Kind.HINT:
+    if do and first.advice.kind == Kind.HINT and not first.orders.is_withdrawn:  # whose orders have it
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
-    do = do or helps or [f"Have the {changed if first.drills else 'model or the map changed and run again'}."]
+    have = f"Have the {changed if first.drills else 'model or the map changed and run again'}."
+    do = do or helps or [have]
+    if first.orders.is_withdrawn and not helps:
+        do = [have, *do]
+    confirm = first.orders.to_confirm(_with_control(first), MOST - len(do))
     below = _of_model(first)  # told there in any case
     told = [in_rig_words(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
+    is_ordered = any("after a disturbance, as in trials: " in text for text in (*do, *confirm))
+    told = [text for text in told if not (is_ordered and text.startswith("DISTURBED IN TRIALS"))]
     of_others = [(name, edited_words(one.results.attrs)) for name, one in zip(names[1:], sheets[1:], strict=True)]
     told = [*(f"{name}: {text}" for name, text in of_others if text), *told]
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
     small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
-    above = [names[0], *others] if len(sheets) > 1 else []
-    scale, room = _scale(paper, do, do_not, small, _cells(sheets, rows), [*above, *_jumps(sheets, names)])
-    is_setting = first.advice.kind in RECOMMENDED
-    is_setting &= first.advice.unsettled is None
+    is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
+    above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
+    lines = [*do, *([CONFIRM.format("")] if confirm else []), *confirm]
+    scale, room = _scale(
+        paper,
+        lines,
+        do_not,
+        small,
+        [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
+        [*above, *_jumps(sheets, names)],
+    )
+    is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
+    if is_named_hint:
+        whose += f"<div class='whose'>{escaped(CONFIRM.format(first.orders.not_yet))}</div>"
     of_what = " for vibration" if first.drills else ""
     filled = {name: value for name, value in fields.items() if value or first.drills or name not in OF_A_RIG}
     body = [
@@ -222,7 +243,9 @@ def one_page(
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in filled.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
         f"{escaped(first.orders.sentence())}{beside}</div>",
-        f"<div class='cols'>{_list('do', 'DO', do)}{_list('dont', 'DO NOT', do_not)}</div>",
+        f"<div class='cols'><div>{_list('do', 'DO', do)}",
+        _list("try", CONFIRM.format(first.orders.not_yet), confirm, len(do)) if confirm else "",
+        f"</div>{_list('dont', 'DO NOT', do_not)}</div>",
         "<div class='numbers'>",
         *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
         f"</div><div class='map'>{_map(first, room)}</div>",
@@ -252,7 +275,7 @@ def _helps(one: Sheet) -> list[str]:
         easier = _without_trip(tried)
         without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
-        found = [told if best.lower() in text.lower() else text for text in found]
+        found = list(dict.fromkeys(told if best.lower() in text.lower() else text for text in found))
     milder = one.window["milder"]
     return found[:-1] if milder is not None and milder["answer"].kind == Kind.HINT else found
 
@@ -316,16 +339,24 @@ def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
     first, *others = (studied(one.results.attrs, one.results, one.units) for one in sheets)
     common = [text for text in first if all(text in other for other in others)]
     common = [text for text in common if text not in NO_WORDS_OF_A_RIG]
-    names_first = _named_first()
-    common.sort(key=lambda text: next((at for at, name in enumerate(names_first) if text.startswith(name)), 99))
+    names_first, changed = _named_first(), _changed(sheets)
+    order = (*names_first, *changed)
+    common.sort(key=lambda text: next((at for at, name in enumerate(order) if text.startswith(name)), len(order)))
     shown: list[str] = []
     for text in common:
-        if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith(names_first):
+        if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith((*names_first, *changed)):
             break
-        shown.append(text)
+        shown.append(f"{text} (changed for this run)" if text.startswith(changed) else text)
     rest = f"; {count(len(common) - len(shown), 'other number')} as in the study" if len(common) > len(shown) else ""
     which = f" {names[0][:1].upper()}{names[0][1:]}." if len(sheets) > 1 or names[0] != sheets[0].title else ""
     return f"{'; '.join(shown)}{rest}.{which}"
+
+
+def _changed(sheets: Sequence[Sheet]) -> tuple[str, ...]:
+    """The words of the numbers that were changed for the runs, by which one page of a well differs from another: they
+    are never cut. How a map was swept and run stands there in any case."""
+    keys = [key for one in sheets for key in overrides(one.results.attrs) if key.partition(".")[0] not in NO_NAMES]
+    return tuple(found.words for key in dict.fromkeys(keys) if (found := find(key)))
 
 
 def _named_first() -> tuple[str, ...]:
@@ -346,9 +377,10 @@ def _named_first() -> tuple[str, ...]:
     return tuple(found.words for key in keys if (found := find(key)) is not None)
 
 
-def _list(style: str, heading: str, texts: Sequence[str]) -> str:
+def _list(style: str, heading: str, texts: Sequence[str], after: int = 0) -> str:
+    """A list of orders, numbered ``after`` so many others."""
     items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
-    return f"<div class='{style}'><h2>{heading}</h2><ol>{items}</ol></div>"
+    return f"<div class='{style}'><h2>{escaped(heading)}</h2><ol start='{after + 1}'>{items}</ol></div>"
 
 
 def _map(one: Sheet, room: float) -> str:
@@ -511,7 +543,8 @@ def _step(fmt: Formatter, axis: str, step: Step) -> str:
 def _exceed(one: Sheet) -> tuple[str, str]:
     """What never to exceed, and why; none is told where trials withdraw the setting, of which alone they tell."""
     if one.orders.is_withdrawn:
-        return "none", f"is recommended: at {one.orders.setting()} {one.orders.why_withdrawn()}"
+        doing = "to drill by" if one.drills else "recommended"
+        return "none", f"of this map is {doing}: at {one.orders.setting()} {one.orders.why_withdrawn()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return one.fmt.named(one.maps.x, most[0]), f"never exceed: {most[1]}"
     last = one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1]))
@@ -593,14 +626,11 @@ def _rows(sheets: Sequence[Sheet]) -> Iterator[tuple[int, list[int | None]]]:
 def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[int, list[int | None]]]) -> str:
     """Where stick-slip ends, and the next limit above, by weight and file."""
     first = sheets[0]
-    sign = quantity(first.maps.x, first.units).unit
-    unit = f" [{escaped(sign)}]" if sign else ""
-    headings = [*([f"stick-slip {_bound(first)}"] if _sticks(first) else []), "next limit above", _allowed(sheets)]
-    name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
-    columns = "".join(f"<th>{heading}{escaped(name)}{unit}</th>" for heading in headings)
+    headings = _headings(sheets)
+    columns = "".join(f"<th>{escaped(heading)}</th>" for heading in headings)
     heads = "".join(f"<th class='g' colspan='{len(headings)}'>{escaped(name)}</th>" for name in names)
     top = f"<tr><th></th>{heads}</tr>" if len(sheets) > 1 else ""
-    best = first.advice.cell[1] if first.advice.cell is not None else None
+    best = first.advice.cell[1] if first.advice.cell is not None and _has_orders(first) else None
     body = ""
     for (row, _), texts in zip(rows, _cells(sheets, rows), strict=True):
         cells = "".join(f"<td>{escaped(text)}</td>" for text in texts)
@@ -639,14 +669,68 @@ def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             yield f"{name}: {text}" if len(sheets) > 1 else text
 
 
-def _allowed(sheets: Sequence[Sheet]) -> str:
-    """The heading of what is allowed: whether trials have cut it since."""
-    found = [(one.advice, one.advice.trials) for one in sheets]
-    is_cut = any(
-        tried is not None and (advice.is_withdrawn or tried.bad_corners or tried.bad_excursions)
-        for advice, tried in found
-    )
-    return f"allowed{', before trials' if is_cut else ''}"
+def _headings(sheets: Sequence[Sheet]) -> list[str]:
+    """The headings of the columns of each file, with their unit."""
+    first = sheets[0]
+    sign = quantity(first.maps.x, first.units).unit
+    unit = f" [{sign}]" if sign else ""
+    name = "" if first.maps.x in ORDER else f", {first.fmt.name(first.maps.x)}"
+    sticks = [f"stick-slip {_bound(first)}"] if _sticks(first) else []
+    return [f"{text}{name}{unit}" for text in (*sticks, "next limit above", _ordered_heading(sheets))]
+
+
+def _ordered_heading(sheets: Sequence[Sheet]) -> str:
+    """The heading of the last column, which a rig reads as leave: of what is ordered, of what is to be confirmed
+    or of neither."""
+    if not any(_has_orders(one) for one in sheets):
+        return "free, not ordered"
+    if any(one.orders.is_to_confirm for one in sheets):
+        return "to confirm" if all(one.orders.is_to_confirm for one in sheets) else "ordered, or to confirm"
+    return "ordered"
+
+
+def _has_orders(one: Sheet) -> bool:
+    """Whether the page of a file names what to stay within."""
+    is_named = one.advice.kind not in (Kind.NOTHING, Kind.UNKNOWN) and not one.orders.is_withdrawn
+    return is_named and one.maps.x in one.advice.stay_within
+
+
+def _is_ordered(one: Sheet, row: int) -> bool:
+    """Whether what to stay within holds at the value of a row."""
+    if not _has_orders(one) or one.advice.cell is None:
+        return False
+    axis, depths = one.maps.y, one.advice.depths
+    if axis is None or row == one.advice.cell[1]:
+        return True
+    value = float(one.maps.values(axis)[row])
+    if axis in one.advice.stay_within:
+        ends = one.advice.stay_within[axis].low, one.advice.stay_within[axis].high
+    elif axis == "depth" and depths is not None:
+        ends = depths.first, depths.last
+    else:
+        return False
+    return min(ends) * (1.0 - SAME) <= value <= max(ends) * (1.0 + SAME)
+
+
+def _ordered(one: Sheet, row: int, in_map: str) -> str:
+    """What to stay within, the same as in the orders; of other rows that they are not ordered, and what is free
+    ``in_map`` there."""
+    if _is_ordered(one, row):
+        ends = one.advice.stay_within[one.maps.x]
+        numbers = (one.fmt.number(one.maps.x, end) for end in one.fmt.inwards(one.maps.x, ends.low, ends.high))
+        way = "started at rest" if one.advice.from_rest else "quick start"
+        return " to ".join(dict.fromkeys(numbers)) + (f" ({way} only)" if _is_quick_at(one, row) else "")
+    if in_map == "none" or not _has_orders(one):
+        return in_map
+    return f"not ordered; free in the map {in_map}"
+
+
+def _is_quick_at(one: Sheet, row: int) -> bool:
+    """Whether something of what to stay within in a row is free from a quick start only."""
+    ends, values = one.advice.stay_within[one.maps.x], one.maps.values(one.maps.x)
+    within = (values >= ends.low * (1.0 - SAME)) & (values <= ends.high * (1.0 + SAME))
+    quick = started_only(one.maps)[one.plane, row] & within
+    return bool(quick.any())
 
 
 OF_GRADES = {
@@ -660,8 +744,8 @@ JUMPED = "(?)"  # before what is brought up by steps that may jump across a vibr
 
 
 def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
-    """Where stick-slip ends, the next limit above, and what is allowed when brought up, and from a
-    quick start where the answer is one, in the unit of the heading."""
+    """Where stick-slip ends, the next limit above, and what is ordered, or free when brought up where nothing is, in
+    the unit of the heading."""
     maps, number = one.maps, one.plane
 
     def span(step: Step) -> str:
@@ -688,9 +772,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
     parts = [spans(maps.allowed[number, row] & ~quick & ~past)]
     if past.any():
         parts.append(f"{JUMPED} {spans(past)}")
-    if quick.any():
-        parts.append(f"{spans(quick)} ({'started at rest' if one.advice.from_rest else 'quick start'} only)")
-    allowed = "; ".join(filter(None, parts)) or none
+    # what is free from a quick start alone is left out: beside what is ordered it would read as leave
+    allowed = _ordered(one, row, "; ".join(filter(None, parts)) or none)
     if not limits and step is not None and step.next is None:
         return ends, "not known", allowed  # it sticks to the end of the map
 
@@ -791,7 +874,7 @@ SMALL_LINE, WIDE = 3.2, 128
 ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it
 ROW_WIDE, CELL_GAP = 104, 3  # characters, and those that the edge of a cell takes
 OF_WORDS = 1.2  # how much longer a text is in lines that are broken between words
-HEADINGS = 3  # lines, of the table
+HEADINGS = 1  # line, of the names of files, above the headings of the columns
 HEAD, LEAST_MAP = 69.0, 60.0
 MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
@@ -804,8 +887,8 @@ def _scale(
     cells: Sequence[Sequence[str]],
     others: Sequence[str],
 ) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table
-    and ``others``, whole lines; and the room of the map [mm]."""
+    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table,
+    of which the first row is its headings, and ``others``, whole lines; and the room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
         lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)

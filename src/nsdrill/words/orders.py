@@ -3,13 +3,13 @@ first. Only what is known is ordered."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 
 from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
-from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Trial
-from nsdrill.words.trial_words import corner_words, slowed_to
+from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
+from nsdrill.words.trial_words import corner_words, disturbances, slowed_to, ways_words
 from nsdrill.words.values import TORQUE, in_order
 from nsdrill.words.wording import CUT_SHORT, Words, listed, period_words
 
@@ -17,27 +17,44 @@ MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
 FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
+_OTHER_ORDER = {SPEED_FIRST: WEIGHT_FIRST, WEIGHT_FIRST: SPEED_FIRST}
+
+
+def _share_of_bad(ways: Sequence[Trial]) -> float:
+    """The share of these ways in that ended in vibration; 0 of none."""
+    return sum(one.outcome.is_bad for one in ways) / max(len(ways), 1)
 
 
 class Orders(Words):
     """The orders of an answer."""
 
     def do(self, before: str = "") -> list[str]:
-        """What to do; ``before`` the way in what it needs, ``Soft torque on.``"""
-        return list(islice(self._do(before), MOST))
+        """What to do, of a setting to confirm what comes first; ``before`` the way in what it needs, ``Soft torque
+        on.``"""
+        steps = () if self.is_to_confirm else self._steps(before)
+        return list(islice((*self._first(), *steps), MOST))
+
+    def to_confirm(self, before: str = "", room: int = MOST) -> list[str]:
+        """How a setting is tried that is to be confirmed, which is not to be used by that, in ``room`` for so many;
+        none of another one."""
+        return list(islice(self._steps(before), room)) if self.is_to_confirm else []
 
     def do_not(self) -> list[str]:
         """What not to do."""
         return list(islice(self._do_not(), MOST))
 
-    def _do(self, before: str) -> Iterator[str]:
-        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+    def _first(self) -> Iterator[str]:
+        """What comes before all that is done at the setting."""
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            return
+        if self.is_withdrawn:
+            yield from self._until_changed()
             return
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
-            doing = "drilling" if self.drills else "working"
+            doing = "drill" if self.drills else "work"
             unseen = "a vibration that grows slowly is not seen in them"
-            again = f"Have the map run again, with longer runs, before {doing} by this page"
+            again = f"Have the map run again, with longer runs, and do not {doing} by this page before"
             yield f"{again}: its runs {these}, and {unseen}."
         if self.is_jumped:
             yield f"Take {self.setting()} as a hint only: {self.over_jump()}."
@@ -57,9 +74,26 @@ class Orders(Words):
         elif self.advice.kind == Kind.HINT:
             change = "of weight or speed may make it vibrate" if self.drills else "may end that"
             yield f"Take {self.setting()} as a hint only: a small change {change}."
+
+    def _until_changed(self) -> Iterator[str]:
+        """What a rig does now whose setting trials withdrew, and what they found of the ways in."""
+        if not self.drills:
+            return
+        found = self.advice.trials
+        ways = found.ways_in() if found is not None else []
+        told = ""
+        if found is not None and ways:
+            is_any = any(one.outcome == Outcome.FREE for one in ways)
+            told = f" In trials: {ways_words(found)}." if is_any else " No way in ended free in trials."
+        yield f"Until then do not drill ahead: pick up, or circulate, as the office decides.{told}"
+
+    def _steps(self, before: str) -> Iterator[str]:
+        """The way in, what to stay within, what to watch, and what ends a vibration."""
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+            return
         yield f"{before} {self._enter()}".strip()
         is_told = self.drills or self.advice.recover is not None or bool(self.goes_on())
-        recover = [self._recover()] if is_told else []
+        recover = [f"{self._recover()}{self._disturbed()}"] if is_told else []
         if self.advice.kind == Kind.HINT:  # beside which what would help is told, so that the last are left out
             yield from [*recover, *self._watch()]
             return
@@ -108,7 +142,8 @@ class Orders(Words):
         tried = self.advice.trials
         bad = [one for one in tried.bad_corners if self._is_within(one)] if tried is not None else []
         but = f", but not at {listed([corner_words(one, self.fmt) for one in bad], 'or')}" if bad else ""
-        return f"{'Drill' if self.drills else 'Run'} at {self.setting() or 'the setting'}." + (
+        doing = "Try" if self.is_to_confirm else "Drill at" if self.drills else "Run at"
+        return f"{doing} {self.setting() or 'the setting'}." + (
             f" Stay within {' and '.join(within)}{but}." if within else ""
         )
 
@@ -117,19 +152,19 @@ class Orders(Words):
         seen, fmt = self.advice.surface, self.fmt
         if seen is None or seen.torque is None:
             return
-        torque = fmt.value(TORQUE, seen.torque)
+        torque = fmt.on_gauge(TORQUE, seen.torque)
         watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
         text = f"{watch} steady near {torque}."
         if seen.swing is not None:
-            text = f"{watch} it swings {fmt.range(TORQUE, list(seen.swing))} there."
+            text = f"{watch} it swings {fmt.on_gauge(TORQUE, *seen.swing)} there."
         if seen.sticking is not None:
-            swings = fmt.range(TORQUE, list(seen.sticking))
+            swings = fmt.on_gauge(TORQUE, *seen.sticking)
             period = period_words(seen)
             cure = f"first {remedy}; if it goes on, {self.again}" if (remedy := self._remedy()) else self.again
             text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.least_acceleration is not None:
-            shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.value(TORQUE, seen.whirling)
+            shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.on_gauge(TORQUE, seen.whirling)
             torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
             text = f"Watch the shocks downhole: {shocks} or more is whirl. The torque does not show it ({torque})."
             if seen.least_acceleration < FAINT:
@@ -160,6 +195,14 @@ class Orders(Words):
             parts.append(f"raise the speed, not above {self.last('rotary_speed', speed.high)}")
         return ", or ".join(parts)
 
+    def _disturbed(self) -> str:
+        """After what disturbances of trials the setting vibrates: where these are met, it is to be expected."""
+        found = disturbances(self.advice.trials)
+        if not found:
+            return ""
+        told = "; ".join(f"{one.name}, it {self.verbs_of(one.responses) or 'vibrates'}" for one in found)
+        return f" Expect it after a disturbance, as in trials: {told}."
+
     def _recover(self) -> str:
         """What ends a vibration. What lowering the speed ends is named, as it never ends
         stick-slip. Of a hint this comes before what is watched, which tells the cure of that."""
@@ -177,12 +220,18 @@ class Orders(Words):
             return f"{other} No run tells what else ends it."
         at, verbs = self.lowered_to(), self.verbs_of(lowered, "or")
         if found.then:
-            return f"{other} Lowered to {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
+            return f"{other} Do not lower it: at {at} the {self._motion(lowered)} ends, but then {self.comes(found)}."
         if self._wall_may_hold():
             return f"If it {verbs}: lower to {at}{self.not_below()}.{self.raise_again()} {other}"
         above = " above the setting" if self.ends_at_setting() else ""
         free = f"lower to {at}{self.below_limits()}{self.not_below()}; {self.was_free()}.{self.raise_again()}"
         return f"If it {verbs}{above}: {free} If any vibration goes on: {self.again}."
+
+    def _is_lowered_below(self, axis: str) -> bool:
+        """Whether it is ordered to end a vibration below what to stay within along an axis."""
+        found = self.advice.recover
+        is_below = found is not None and found.axis == axis and bool(self.below_limits())
+        return is_below and "lower to" in self._recover()
 
     def _do_not(self) -> Iterator[str]:
         fmt, advice = self.fmt, self.advice
@@ -193,7 +242,9 @@ class Orders(Words):
             yield from orders
             return
         if self.is_withdrawn:
-            yield f"Do not run at {self.setting()}: {self.why_withdrawn()}."
+            doing = "drill at" if self.drills else "use"
+            best, why = f"at {self.setting()}, the best", self.why_withdrawn()
+            yield f"Do not {doing} any setting of this map: {best}, {why}."
             return  # its limits are none
         if advice.grade == Grade.FROM_SOME:
             doing = "drill" if self.drills else "work"
@@ -268,7 +319,7 @@ class Orders(Words):
 
     def _not_first(self, way: WayIn | None) -> Iterator[str]:
         """Not to set first what the way in sets last, where a reason for that holds at the
-        point: most trials of it vibrate, or without trials the wall lies on the way."""
+        point: more trials of it vibrate, or without trials the wall lies on the way."""
         tried = self.advice.trials
         if way is None or way.first == First.NONE:
             return
@@ -278,11 +329,12 @@ class Orders(Words):
         if self._slower_ways():  # a slower drive is ordered to
             return
         if tried is not None and (ways := tried.ways_in(other)):
-            bad = sum(one.outcome.is_bad for one in ways)
-            if bad == len(ways):
+            bad, own = (_share_of_bad(those) for those in (ways, tried.ways_in(_OTHER_ORDER[other])))
+            if bad == 1.0:
                 yield f"Do not {order}: in trials none of {len(ways)} such ways in ended free."
-            elif bad > len(ways) / 2:
-                yield f"Do not {order}: in trials {bad} of {len(ways)} such ways in ended in vibration."
+            elif bad > own:
+                number = sum(one.outcome.is_bad for one in ways)
+                yield f"Do not {order}: in trials {number} of {len(ways)} such ways in ended in vibration."
         elif way.first == First.WEIGHT and way.wall is not None and way.crosses:
             yield f"Do not {order}: off bottom the collar goes to the wall at {self.wall_range(way)}."
 
@@ -341,4 +393,5 @@ class Orders(Words):
         end = self.fmt.named(axis, self.fmt.value(axis, high if way == "above" else low))
         # the way in, and a pick up, lead through what lies below
         text = f"Do not go {way} {end}" if way == "above" else f"Once there, do not go {way} {end}"
+        text += " but to end a vibration as ordered" if way == "below" and self._is_lowered_below(axis) else ""
         yield f"{text}: {what or 'nothing is known beyond'}."

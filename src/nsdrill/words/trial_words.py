@@ -113,7 +113,7 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
     where += ", untried" if change.key and tried and not change.trials else ""
     if change.weights is not None and change.weights[1] > change.weights[0]:
         where = f" at {fmt.range_inwards('wob', *change.weights)}"
-    passed = f", brought up past {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""
+    passed = f", not {fmt.range_outwards(along, *change.passed)}" if change.passed is not None else ""
     free = f"{fmt.range_inwards(along, *change.widest)}{where}{passed}"
     if not change.key:
         return f"one run brought up from below was free at {free}: have the map run along the speed"
@@ -179,7 +179,7 @@ def _of_map(change: Change, along: str, fmt: Formatter) -> str:
     if not below:
         return ""
     free = ", ".join(fmt.range_inwards(along, *ends) for ends in below)
-    return f" One way up it is free at {free} as well, untried: its own map, with a way down, may recommend that."
+    return f" At {free} it is free as well when brought up, untried in trials: have a map of it run before using that."
 
 
 def best_trials(found: Trials | None, along: str, fmt: Formatter) -> str:
@@ -361,16 +361,21 @@ def of_setting(found: Trials | None, fmt: Formatter) -> Iterator[str]:
             f"{fmt.value('wob', wob)} and {fmt.value('rotary_speed', speed)}" for speed, wob in found.untried
         )
         yield f"CORNERS NOT TRIED: {told}, as others of what to stay within vibrated in trials. Keep away from them."
-    bad = [  # a pick up and tag, and the wall, have lines of their own
+    if bad := disturbances(found):
+        told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)
+        yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
+
+
+def disturbances(found: Trials | None) -> list[Trial]:
+    """Those after which the setting vibrates; a pick up and tag, and the wall, have lines of their own."""
+    return [
         one
-        for one in found.trials
+        for one in (found.trials if found is not None else ())
         if one.outcome.is_bad
+        and found is not None
         and one is not found.bad_tag
         and (one.way == Way.EXCURSION or one.name in (HELD, OFF_ROCK))
     ]
-    if bad:
-        told = "; ".join(f"{one.name}: {outcome_words(one)}" for one in bad)
-        yield f"DISTURBED IN TRIALS it vibrates afterwards. From the free setting, {told}."
 
 
 def of_rock(found: Trials) -> Iterator[str]:

@@ -100,6 +100,13 @@ class Formatter:
             return value
         return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
 
+    def on_gauge(self, axis: str, *ends: float) -> str:
+        """As :meth:`range`, of one value or two, to the tenth that a gauge on a rig shows; of less than that whole."""
+        scale = shown_quantity(axis, self.system).scale
+        tenths = [round(end / scale, 1) * scale for end in ends]
+        shown = ends if 0.0 in tenths else tenths
+        return self.range(axis, [shown[0], shown[-1]])
+
     def range(self, axis: str, ends: list[float]) -> str:
         """``105 to 150 rpm``; of two equal ends one."""
         low, high = (self.number(axis, end) for end in ends)

@@ -272,9 +272,26 @@ class Words:
         """The answer in one sentence; of one that rests on runs that had not settled, or were
         short, it begins with that."""
         text = self._sentence()
-        if not self.caveat or ":" in text.partition(".")[0]:
-            return f"{self.caveat}. {text}" if self.caveat else text
-        return f"{self.caveat}: {text[0].lower()}{text[1:]}"
+        if not self.caveat:
+            return text
+        if self.is_to_confirm:
+            begins = "" if self.advice.kind == Kind.HINT else "To confirm: "
+            text = f"{begins}{text[0].lower()}{text[1:]}" if begins else text
+            return f"{self.caveat}, {self.not_yet}. {text}"
+        return f"{self.caveat}. {text}"
+
+    @property
+    def is_to_confirm(self) -> bool:
+        """Whether the setting is not to be used until it has been run again: a hint, or one of runs that had not
+        settled or were short."""
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+            return False
+        return self.advice.kind == Kind.HINT or bool(self.caveat)
+
+    @property
+    def not_yet(self) -> str:
+        """What a setting is not for that is to be confirmed."""
+        return "not to drill by" if self.drills else "not to rely on"
 
     @property
     def caveat(self) -> str:
@@ -396,11 +413,14 @@ class Words:
         if found.outcome == Recovery.LASTS:
             return f"{text}: {motion}, once started, does not stop."
         on_wall = self._wall_may_hold() or self.may_stay_on_wall()
+        if found.outcome == Recovery.ENDS and found.then:  # as the orders have it, which do not lower it there
+            verbs = self.verbs_of(found.responses, "or") if len(found.responses) == 1 else "vibrates"
+            cures = (f"if it {verbs}, {cure}" for cure in (self.again, self.again.partition(",")[0]))
+            return first_short(*(f"{text}: {cure}." for cure in cures))
         if found.outcome == Recovery.ENDS and not on_wall:
             assert found.at is not None
-            then = f", where {self.comes(found)}" if found.then else ""
-            ends = f"{text}: {motion}, once started, ends when lowered to {self.lowered_to()}{then}"
-            bound = "" if found.bound is None or then else f", not to {self._at_bound(found.bound)}"
+            ends = f"{text}: {motion}, once started, ends when lowered to {self.lowered_to()}"
+            bound = "" if found.bound is None else f", not to {self._at_bound(found.bound)}"
             return first_short(f"{ends}{bound}.", f"{ends}.")
         return f"{text}: {self._motion(('whirl',) if on_wall else ())}, once started, may not stop."
 
@@ -1034,11 +1054,11 @@ class Words:
         return self.fmt.value(found.axis, bound.value)
 
     def not_below(self) -> str:
-        """What bounds the speed to which a vibration is lowered: ``, and not to 30 rpm, where it sticks``."""
+        """What bounds the speed to which a vibration is lowered: ``, but not to 30 rpm, where it sticks``."""
         found = self.advice.recover
         if found is None or found.bound is None:
             return ""
-        return f", and not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
+        return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
@@ -1068,7 +1088,8 @@ class Words:
         if found.by_trial and not self.may_stay_on_wall():
             return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
-            return "the way down was free there" if found.bound is not None else "the way down was free from there"
+            below = "" if found.bound is not None else " and below"
+            return f"runs lowered to {self.lowered_to()}{below} were free"
         who = "what a knock started in a trial" if found.by_trial else "what the map met"
         return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
