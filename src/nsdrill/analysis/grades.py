@@ -73,8 +73,9 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
     if severity is None:
         return found
     less = severity - 1 if severity > 0 else None
-    # of a run that was inferred no severity is known
-    is_no_worse = (labels_of(results, severity) >= labels_of(results, less)).all(axis=0)
+    labels = labels_of(results, severity)
+    # one that failed may have been worse, and of one that was inferred no severity is known
+    is_no_worse = ((labels > Label.UNKNOWN) & (labels >= labels_of(results, less))).all(axis=0)
     stricter = grades_of(results, less)
     return np.where(is_allowed(stricter) & is_no_worse, np.maximum(stricter, found), found)
 
