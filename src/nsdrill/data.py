@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import filterfalse
 from operator import getitem
 from typing import Any, TypeVar
 
@@ -132,6 +133,9 @@ class LackingVariable(InputError, KeyError):
         )
 
 
+BESIDE_GRID = frozenset({"peak", "crossing", "state"})  # dimensions over which no points are numbered
+
+
 @dataclass
 class Results:
     """The results of a sweep.
@@ -177,13 +181,13 @@ class Results:
     @property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
-        return tuple(name for name in self.coords if name not in ("peak", "crossing", "state"))
+        return tuple(filterfalse(BESIDE_GRID.__contains__, self.coords))
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(procedures, values of each axis), and the number of samples or starts if
         each operating point has several."""
-        return tuple(len(self.coords[name]) for name in self.grid)
+        return tuple(map(len, map(self.coords.__getitem__, self.grid)))
 
     @property
     def procedures(self) -> tuple[str, ...]:

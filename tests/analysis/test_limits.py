@@ -121,7 +121,8 @@ def test_a_start_is_named_as_what_was_run(from_rest, said):
     # nor does a file of such starts alone; of a string that turned it is an order, which says what was not run
     assert (alone["answer"].kind == Kind.HINT) is from_rest
     assert "ow it is reached was not run" in words_of(alone, "field").sentence()
-    do = " ".join(Orders(*needed_for_words(alone, "field")).do())
+    orders = Orders(*needed_for_words(alone, "field"))
+    do = " ".join([*orders.do(), *orders.to_confirm()])
     assert ("Find a way in first: to 15 klbf and 90 rpm none was run." in do) is from_rest
 
 

@@ -81,6 +81,10 @@ def test_a_slip_of_a_unit_is_told(text, told):
     assert ("meant to be left out" in found) == (" 0 mm" in told)
 
 
+def test_what_only_a_frozen_motion_depends_on_is_not_told():
+    assert far_from_usual(parse_study("drillstring: {eccentricity: 0 mm}\nmodes: {lateral: frozen}\n")) == ""
+
+
 def test_what_is_swept_is_looked_for():
     assert far_from_usual(parse_study("sweep: {drillstring.eccentricity: {from: 0 mm, to: 90 mm, points: 4}}")) == ""
 

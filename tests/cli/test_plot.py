@@ -53,8 +53,8 @@ def size(path: Path) -> tuple[int, int]:
 
 def test_a_picture_is_as_large_as_asked(call, shared, tmp_path):
     path = tmp_path / "a.png"
-    call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "60mm", "--no-title")
-    assert size(path) == pytest.approx((3.3 * 300, 60 / 25.4 * 300), abs=1)
+    call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "70mm", "--no-title")
+    assert size(path) == pytest.approx((3.3 * 300, 70 / 25.4 * 300), abs=1)
 
 
 def test_a_style_file_sets_the_resolution(call, shared, tmp_path):

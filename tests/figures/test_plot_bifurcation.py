@@ -63,7 +63,7 @@ def test_what_had_not_settled_is_hatched_in_the_strip(speeds, kind):
     expected = (speeds["settled"][:, 0, 0] == 0) & (speeds["status"][:, 0, 0] == OK)
     assert np.array_equal(covered(hatched, x, [0.0, 1.0]), expected)
     number = np.count_nonzero(expected)
-    assert f"unsettled, or chaotic ({number} of {expected.size})" in legend_words(figure)
+    assert f"not settled ({number} of {expected.size})" in legend_words(figure)
 
 
 def test_shading_is_where_up_and_down_differ(speeds):

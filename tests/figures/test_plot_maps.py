@@ -498,4 +498,4 @@ def test_what_had_not_settled_is_hatched_on_a_map(plane):
     if area.sum() != 18:  # the other axis lies along x
         area = covered(hatched, plane.coords["depth"], plane.coords["rotary_speed"]).T
     assert np.array_equal(area, plane["settled"][0, :, 0] == 0)
-    assert "unsettled, or chaotic (18 of 135)" in legend_words(figure)
+    assert "not settled (18 of 135)" in legend_words(figure)

@@ -129,7 +129,7 @@ def test_what_makes_a_window_worthless_is_among_its_first_warnings(tmp_path, stu
     monkeypatch.chdir(tmp_path)
     lines = "sweep: {rotary_speed: [20 rpm, 25 rpm], procedure: same}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
     for number, (bit, key, words) in enumerate(
-        [("states: 2", "few_states", "COARSE ROCK"), ("wear_length: 50 mm, states: 40", "nothing_cut", "NOTHING ")]
+        [("states: 2", "few_states", "COARSE ROCK"), ("wear_length: 20 mm, states: 40", "nothing_cut", "NOTHING ")]
     ):
         nsdrill.run(study.format(bit) + lines, f"{number}.h5", progress=False)
         told = call_here(capfd, monkeypatch, "window", f"{number}.h5").out

@@ -117,7 +117,7 @@ def test_its_sheet_speaks_of_no_string_and_nothing_is_brought_up(script, tmp_pat
     of_a_rig = r"stick-slip|[Dd]rill|\bbit\b|collar|wall|eccentric|off bottom|pick up|[Bb](rought|ring) up|weight"
     assert re.findall(of_a_rig, page) == []
     assert "Do not exceed force 0.03: at 0.16 it shows" in page
-    assert "allowed, force" in page
+    assert "ordered, force" in page
     assert not {"<b>Well</b>", "<b>Rig</b>"} & set(re.findall("<b>[A-Z][a-z ]+</b>", page))
 
 

@@ -14,6 +14,7 @@ from nsdrill.analysis.grades import unsettled_runs
 from nsdrill.analysis.safety import DECIDING, known_runs, run_safety
 from nsdrill.analysis.unstable import resting
 from nsdrill.data import Array, Attributes, Results
+from nsdrill.models.model_description import Description
 from nsdrill.models.registry import model_in
 from nsdrill.variables import TRUST, flag
 
@@ -32,9 +33,9 @@ def used_by_knowledge(attrs: Attributes) -> tuple[str, ...]:
     return ("status", "response", *DECIDING, *resting(model_in(attrs)), *TRUST)
 
 
-def knowledge_of(results: Results, not_carried: Array | None = None) -> Array:
+def knowledge_of(results: Results, not_carried: Array | None = None, model: Description | None = None) -> Array:
     """The :data:`KNOWLEDGE` of every run, on the grid. ``not_carried`` tells which runs came
-    after a failed one, of a part of what was run."""
+    after a failed one, of a part of what was run; ``model`` is that of the results, where it is at hand."""
     if not_carried is not None:
         results = replace(results, variables={**results.variables, AFTER_FAILURE.name: not_carried})
     is_known, ended = known_runs(results), knowledge(np.asarray(results["status"]), np.asarray(False))
@@ -44,7 +45,7 @@ def knowledge_of(results: Results, not_carried: Array | None = None) -> Array:
             ended == HAS_FAILED,
             ended == WAS_NOT_RUN,
             after_failure(results),
-            np.full(results.shape, not model_in(results.attrs).critical),
+            np.full(results.shape, not (model or model_in(results.attrs)).critical),
             ~is_known & is_off,
             ~is_known,
             run_safety(results).failed,

@@ -242,12 +242,11 @@ def check(study: Study, units: str = "si") -> Report:
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, _, _ = chosen_at(parameters, study.initial, {})
     checks = checks_of(study.model)
-    at = Values(parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.carried_chains or plan.points)
     report = Report(
         operation,
         checks and checks.coefficients(parameters, operation),
-        dry.told(checks.every_derived_quantity(parameters, operation), checks, at) if checks else {},
+        _figures(study, parameters, operation) if checks else {},
         warnings(study, units, experiment),
         points,
         chains,
@@ -262,6 +261,14 @@ def check(study: Study, units: str = "si") -> Report:
     )
     import_modules()  # what is wrong with packages is told, also of what this study does not use
     return report
+
+
+def _figures(study: Study, parameters: Any, operation: Any) -> Answer:
+    """The derived quantities at an operating point, with what smoothing of the friction does to them."""
+    checks = checks_of(study.model)
+    at = Values(parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+    found: Answer = dry.told(checks.every_derived_quantity(parameters, operation), checks, at)
+    return found
 
 
 def natural_scales(model: Description) -> Mapping[str, float]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import NamedTuple
+from importlib import import_module
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.tree import leaves, value_of
+from nsdrill.models.tree import leaves
 from nsdrill.quantity import short
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, to_si
@@ -78,6 +80,17 @@ def _unit(words: str, units: str) -> str:
     return ""
 
 
+@lru_cache(maxsize=32)
+def _numbers(parameters: Callable[[], Any]) -> list[tuple[str, Callable[[Any], Any], float | None, Mapping[str, Any]]]:
+    """The numbers of a model that have a usual range: key, what reads it, default and metadata. Counts and
+    switches have no unit to slip."""
+    return [
+        (key, attrgetter(key), default, about)
+        for key, default, about in leaves(parameters())
+        if about.get("usual") and isinstance(default, float | None)
+    ]
+
+
 def far_from_usual(study: Study) -> str:
     """In words the numbers of the string of a ``study`` that are far from usual and are not the
     defaults of its model, of an uncertain number its median; empty where there are none. Numbers
@@ -85,19 +98,19 @@ def far_from_usual(study: Study) -> str:
     model = study.model
     found = list[str]()
     some_zero = False
-    for key, default, about in leaves(model.parameters()):
-        if key in study.axes:
+    told = getattr(import_module(model.checks), "unread", None) if model.checks else None
+    unread = told(study.parameters) if told is not None else ()
+    for key, read, default, about in _numbers(model.parameters):
+        if key in study.axes or key in unread:
             continue
-        value = value_of(study.parameters, key)
-        if key in study.drawn:
-            value = float(np.median(study.drawn[key]))
-        if not isinstance(value, int | float) or isinstance(value, bool) or value == default:
+        value = float(np.median(study.drawn[key])) if key in study.drawn else read(study.parameters)
+        if value == default or not isinstance(value, float):
             continue
         units = about.get("units", "")
         if key in model.units_by:
             choice, by_word = model.units_by[key]
-            units = by_word[value_of(study.parameters, choice)]
-        usual = usual_range(about.get("usual", ""), units)
+            units = by_word[attrgetter(choice)(study.parameters)]
+        usual = usual_range(about["usual"], units)
         if usual is not None and usual.is_far(value):
             found.append(f"{key} {usual.text(value, units)} (usual: {about['usual']})")
             some_zero |= value == 0.0

@@ -58,7 +58,7 @@ OUTSIDE = frozenset(
 )
 # Modules of which what is no function tells of the machine, its place or its time zone, too.
 OF_MACHINE = OUTSIDE | {"sys", "time", "sysconfig", "site", "locale"}
-SAME_EVERYWHERE = frozenset({"float_info"})  # of these
+SAME_EVERYWHERE = frozenset({"float_info", "exit"})  # of these
 # What a module says of where and as what it was loaded.
 OF_PLACE = frozenset({"__file__", "__cached__", "__path__", "__spec__", "__loader__", "__name__", "__version__"})
 DRAWS = frozenset({"rvs", "resample"})  # methods of the distributions of SciPy

@@ -195,7 +195,7 @@ def hatch_unsettled(axes: Axes, cells: Cells, unsettled: Array) -> None:
 def unsettled_entry(number: int, of: int) -> Artist:
     """The legend entry of what :func:`hatch_unsettled` hatches, with its number."""
     style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4, "hatch": UNSETTLED_HATCH}
-    return area_entry(f"unsettled, or chaotic ({number} of {of})", gid="unsettled", **style)
+    return area_entry(f"not settled ({number} of {of})", gid="unsettled", **style)
 
 
 def verdict_handles(verdicts: Array) -> list[Artist]:

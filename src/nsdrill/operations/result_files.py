@@ -14,7 +14,7 @@ from nsdrill.operations.arguments import AnyFile, CitedData, HDF5Path, ManyResul
 with deferred():
     from nsdrill import data as forms
     from nsdrill import store
-    from nsdrill.analysis.knowledge import KNOWLEDGE
+    from nsdrill.analysis import knowledge
     from nsdrill.app import citing, conversion, datasets, labelling, picture_making, saving
     from nsdrill.app.running import combine as joining
     from nsdrill.models import registry
@@ -154,7 +154,7 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
         store.claim_file(path, overwrite)
         store.write_branches(path, data, overwrite=overwrite)
         return
-    known = {*registry.BY_NAME, *registry.IN_TRACE, KNOWLEDGE.name}
+    known = {*registry.BY_NAME, *registry.IN_TRACE, knowledge.KNOWLEDGE.name}
     if extra := [str(name) for name in data.data_vars if name not in known]:
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "

@@ -51,7 +51,8 @@ def to_dataset(data: Results | Trace) -> Dataset:
         coordinates: dict[str, Stored] = {"time": (("time",), data.time, coordinate_attributes("time"))}
         return _dataset(variables, coordinates, root_attributes("trace", data.attrs))
     contents = contents_in(data)
-    known = {variable.name: variable for variable in model_in(data.attrs).variables}
+    model = model_in(data.attrs)
+    known = {variable.name: variable for variable in model.variables}
     lengths = {name: len(data.coords[name]) for name in data.grid}
     attrs = root_attributes("results", data.attrs, data.more, lengths, contents.unknowns)
     order = file_order(lengths, attrs)
@@ -65,7 +66,7 @@ def to_dataset(data: Results | Trace) -> Dataset:
         if name != AFTER_FAILURE.name
     }
     if "status" in data.variables and "response" in data.variables:
-        found = to_file(knowledge_of(data), contents.grid, order)
+        found = to_file(knowledge_of(data, model=model), contents.grid, order)
         variables[KNOWLEDGE.name] = (order, found, variable_attributes(KNOWLEDGE))
     coordinates = stored_coordinates(data.coords, order, contents, data.drawn)
     return _dataset(variables, coordinates | _not_carried(data, order), attrs)

@@ -186,12 +186,20 @@ def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
 
 MOST_WARNINGS = 3  # beside an answer, unless all are asked for
 DRILLED = "DRILLED WITHIN"
+FAR = "NUMBERS FAR FROM USUAL"
+ASIDE = (DRILLED, FAR)  # where one drills, which was asked for, and slips of units
 
 
 def shown_first(told: Sequence[str]) -> int:
-    """How many of the warnings stand beside an answer: where one drills, which was asked for, takes the
-    place of no other."""
-    return MOST_WARNINGS + any(text.startswith(DRILLED) for text in told[: MOST_WARNINGS + 1])
+    """How many of the warnings stand beside an answer: those :data:`ASIDE` take the place of no
+    other."""
+    counted = 0
+    for place, text in enumerate(told):
+        if not text.startswith(ASIDE):
+            if counted == MOST_WARNINGS:
+                return place
+            counted += 1
+    return len(told)
 
 
 def warnings(summary: Answer, units: str) -> Iterator[str]:
@@ -224,7 +232,7 @@ def _of_file(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if told := edited_words(summary):
         yield told
     if numbers := summary[UNUSUAL_NUMBERS]:
-        yield f"NUMBERS FAR FROM USUAL: {numbers}"
+        yield f"{FAR}: {numbers}"
     yield from _of_severity(summary)
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)

@@ -14,6 +14,7 @@ from nsdrill.errors import from_to
 from nsdrill.models import cutting
 from nsdrill.models.christoforou_yigit.bouncing import Bounce, bounce
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, bit_load, derive, law_of_bit
+from nsdrill.models.christoforou_yigit.constraints import FROZEN
 from nsdrill.models.christoforou_yigit.critical_speeds import (
     Corner,
     jumped,
@@ -298,6 +299,13 @@ def wall_off_bottom(corners: list[Values]) -> dict[str, Any]:
 def lumped_string(corners: list[Values], format_value: FormatValue) -> str | None:
     """That the lumped string is far from its first standing wave of torsion; None where it is not."""
     return lumped_above_wave([Corner(each) for each in corners], format_value)
+
+
+def unread(parameters: Parameters) -> frozenset[str]:
+    """The keys of what only frozen motions depend on."""
+    return frozenset(
+        key for mode, keys in FROZEN.items() if getattr(parameters.modes, mode) == "frozen" for key in keys
+    )
 
 
 def left_out(corners: list[Values]) -> dict[str, float | None]:
