@@ -134,6 +134,7 @@ class LackingVariable(InputError, KeyError):
 
 
 BESIDE_GRID = frozenset({"peak", "crossing", "state"})  # dimensions over which no points are numbered
+BESIDE_AXES = frozenset({"procedure", "sample", "start"})  # those of the grid that are no axes
 
 
 @dataclass
@@ -176,7 +177,7 @@ class Results:
     def axes(self) -> tuple[str, ...]:
         """The names of the axes: depth, wob, rotary_speed, and the others of the
         sweep."""
-        return tuple(name for name in self.grid if name not in ("procedure", "sample", "start"))
+        return tuple(filterfalse(BESIDE_AXES.__contains__, self.grid))
 
     @property
     def grid(self) -> tuple[str, ...]:
@@ -192,8 +193,10 @@ class Results:
     @property
     def procedures(self) -> tuple[str, ...]:
         """The words of the procedures, which other readers of HDF5 give as bytes."""
-        words = self.coords["procedure"].tolist()
-        return tuple(word.decode() if isinstance(word, bytes) else str(word) for word in words)
+        words = self.coords["procedure"]
+        if words.dtype.kind == "U":
+            return tuple(words.tolist())
+        return tuple(word.decode() if isinstance(word, bytes) else str(word) for word in words.tolist())
 
     @property
     def slice(self) -> Resolved:

@@ -41,7 +41,7 @@ def values_at(parameters: P, initial: Starts, values: Mapping[str, Numeric]) -> 
     further = {key: value for key, value in values.items() if key not in names}
     start = {key.removeprefix("initial."): value for key, value in further.items() if key.startswith("initial.")}
     rest = {key: value for key, value in further.items() if not key.startswith("initial.")}
-    return Values(with_values(parameters, rest), with_values(initial, start), tuple(values[name] for name in names))
+    return Values(with_values(parameters, rest), with_values(initial, start), tuple(map(values.__getitem__, names)))
 
 
 def part_at(parameters: P, initial: Starts, compiled: Mapping[str, float]) -> tuple[P, Starts]:

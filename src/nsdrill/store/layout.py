@@ -83,7 +83,7 @@ def to_file(values: Array, grid: Sequence[str], order: Sequence[str]) -> Array:
     ``order`` lacks have one value."""
     dropped = [axis for axis, name in enumerate(grid) if name not in order]
     own = range(len(grid), values.ndim)
-    transposed = np.transpose(values, (*dropped, *(grid.index(name) for name in order), *own))
+    transposed = np.transpose(values, (*dropped, *map(grid.index, order), *own))
     return transposed.reshape(transposed.shape[len(dropped) :])
 
 

@@ -246,7 +246,9 @@ class Checker:
         return Unread(**vars(fault))
 
     def sound(self, *keys: str) -> bool:
-        return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
+        return not self.faulty or not any(
+            key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty
+        )
 
     @property
     def axes(self) -> list[str]:
