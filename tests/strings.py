@@ -13,7 +13,7 @@ from nsdrill.models.variant import variant_at
 from nsdrill.variables import MODEL
 
 MAIN = model_named(MODEL)
-__all__ = ["MAIN", "PARAMETERS", "STATES", "forces", "pack", "starts"]
+__all__ = ["FAILS_FIRST", "MAIN", "PARAMETERS", "STATES", "forces", "pack", "starts"]
 
 
 def _values(parameters: Parameters, initial: Initial, operation: tuple[Any, ...]) -> Values:
@@ -38,3 +38,13 @@ def starts(
 ) -> np.ndarray:
     """The initial states [points, states + 1] of the starts with these numbers."""
     return MAIN.starts(_values(parameters, initial, (depth, wob, rotary_speed)), start)
+
+
+# No drive turns a string off its speed here; the first run fails where steps are few.
+FAILS_FIRST = """
+modes: {axial: frozen, lateral: frozen}
+initial: {twist: -4.6 rad}
+operation: {wob: 22 kN}
+sweep: {rotary_speed: [1 rad/s, 2.9 rad/s, 3.2 rad/s, 5 rad/s], procedure: up, along: rotary_speed}
+simulation: {transient: 300 s, observe: 60 s, max_steps: 2500}
+"""

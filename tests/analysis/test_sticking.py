@@ -15,10 +15,10 @@ from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.app.answering.summary import summarize
-from nsdrill.app.check import checks_of
 from nsdrill.data import STICKS_TO, Results
 from nsdrill.figures import cut
 from nsdrill.models.parts import values_at
+from nsdrill.models.registry import checks_of
 from nsdrill.models.responses import SEVERITIES
 from nsdrill.store import read_results
 from nsdrill.study.load import parse_study

@@ -5,6 +5,7 @@ import csv
 
 import numpy as np
 import pytest
+from strings import FAILS_FIRST
 
 import nsdrill
 from nsdrill import figures
@@ -16,14 +17,6 @@ from nsdrill.store import read_results
 from nsdrill.text.uncertainty_text import _answer_lines
 from nsdrill.variables import has_failed
 from nsdrill.web.report import representatives
-
-FAILS_FIRST = """
-modes: {axial: frozen, lateral: frozen}
-initial: {twist: -4.6 rad}
-operation: {wob: 22 kN}
-sweep: {rotary_speed: [1 rad/s, 2.9 rad/s, 3.2 rad/s, 5 rad/s], procedure: up, along: rotary_speed}
-simulation: {transient: 300 s, observe: 60 s, max_steps: 2500}
-"""
 
 
 @pytest.fixture(scope="module")

@@ -38,7 +38,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answering import remedies, window_trials
 from nsdrill.app.answering import trial_runs as runs
 from nsdrill.app.answering.answers import plain_window, results_for_window
-from nsdrill.app.check import checks_of, lasting_motions
+from nsdrill.app.check import lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.run import run_in_memory, run_study
 from nsdrill.app.simulating.motions import Motions
@@ -46,6 +46,7 @@ from nsdrill.cli.main import main
 from nsdrill.errors import Refusal
 from nsdrill.interrupt import EXIT_CODE
 from nsdrill.models.parts import values_at
+from nsdrill.models.registry import checks_of
 from nsdrill.study import parse_study
 from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings

@@ -8,11 +8,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import bisect
 
 from nsdrill.analysis.window import find_window
-from nsdrill.app.check import check, checks_of, dry_friction
+from nsdrill.app.check import check, dry_friction
 from nsdrill.data import DRY_FRICTION, STICKS_TO, json_text
 from nsdrill.models.christoforou_yigit.coefficients import bit_arm, bit_load, derive, static_arm
 from nsdrill.models.dry import dry_friction as ratio_of
 from nsdrill.models.parts import values_at
+from nsdrill.models.registry import checks_of
 from nsdrill.study import parse_study
 from nsdrill.units import to_si
 from nsdrill.words.answer import warnings

@@ -3,18 +3,11 @@
 import numpy as np
 import pytest
 import xarray
+from strings import FAILS_FIRST
 
 import nsdrill
 import nsdrill.store
 
-# No drive turns a string off its speed here; the first run fails where steps are few.
-FAILS_FIRST = """
-modes: {axial: frozen, lateral: frozen}
-initial: {twist: -4.6 rad}
-operation: {wob: 22 kN}
-sweep: {rotary_speed: [1 rad/s, 2.9 rad/s, 3.2 rad/s, 5 rad/s], procedure: up, along: rotary_speed}
-simulation: {transient: 300 s, observe: 60 s, max_steps: 2500}
-"""
 UNSETTLED = """
 modes: {axial: frozen, lateral: frozen}
 operation: {wob: 22 kN}

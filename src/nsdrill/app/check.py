@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import partial
-from importlib import import_module
 from itertools import product
 from operator import attrgetter
 from pathlib import Path
@@ -41,7 +40,7 @@ from nsdrill.models.numbers import (
 )
 from nsdrill.models.operation import Ramp, Values
 from nsdrill.models.parts import chosen_at, values_at
-from nsdrill.models.registry import import_modules, model_named, own_features, scripted, sources_of
+from nsdrill.models.registry import checks_of, import_modules, model_named, own_features, scripted, sources_of
 from nsdrill.quantity import amount, unit_in
 from nsdrill.ranges import bound_text
 from nsdrill.records import dataclass
@@ -566,8 +565,7 @@ def _held_from(study: Study, drilling_at: Any) -> Answer | None:
 def _stall(drilling_at: Any, corner: Values) -> Any:
     """What a limited drive lacks to break the bit away at a corner; None where it does not."""
     drilling = drilling_at(corner.parameters, corner.point)
-    turns = drilling.string.holds or drilling.turns  # else there is another warning
-    stall = drilling.stall if turns and drilling.wob > 0.0 else None
+    stall = drilling.stall if drilling.holds_or_turns and drilling.wob > 0.0 else None
     return stall if stall is not None and stall.set_speed is None else None
 
 
@@ -676,12 +674,6 @@ def without_control(study: Study, seconds: float) -> str | None:
         f"{LATE} {at:g} s (drive.on_at), and the run ends at {seconds:g} s: it is that of a string without it. Set "
         "drive.on_at to 0 s, or make the run longer."
     )
-
-
-def checks_of(model: Description) -> Any:
-    """The module with the checks of the ``model``, which it names; None where it names
-    none."""
-    return import_module(model.checks) if model.checks else None
 
 
 def sticking_limits(model: Description) -> Callable[[Sequence[Values]], list[Any]] | None:

@@ -7,12 +7,12 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from importlib import import_module
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.models.registry import checks_of
 from nsdrill.models.tree import leaves
 from nsdrill.quantity import short
 from nsdrill.study.study import Study
@@ -98,7 +98,7 @@ def far_from_usual(study: Study) -> str:
     model = study.model
     found = list[str]()
     some_zero = False
-    told = getattr(import_module(model.checks), "unread", None) if model.checks else None
+    told = getattr(checks_of(model), "unread", None)
     unread = told(study.parameters) if told is not None else ()
     for key, read, default, about in _numbers(model.parameters):
         if key in study.axes or key in unread:

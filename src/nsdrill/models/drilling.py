@@ -114,6 +114,12 @@ class Drilling:
         within = self.limit is None or self.torque <= self.limit * (1 + LEAST_EXCESS)
         return within and self.string.turns(self.at, self.set_speed)
 
+    @property
+    def holds_or_turns(self) -> bool:
+        """Whether it tells something that a drive may lack the torque to break the bit away: where no
+        balance turns, that is told instead."""
+        return self.string.holds or self.turns
+
     @cached_property
     def droops(self) -> bool:
         """Whether the drive turns slower than the set speed under this torque."""
@@ -825,7 +831,7 @@ def stalling(found: list[Found], format_value: FormatValue) -> str | None:
     """The warning of a drive that cannot break the bit away, for the worst corner of a
     study; None where there is none."""
     # where no balance turns there is another warning
-    moving = [one for _, one in found if one.string.holds or one.turns]
+    moving = [one for _, one in found if one.holds_or_turns]
     stalls = [(one, stall) for one in moving if (stall := one.stall) is not None]
     if not stalls and (unknown := [one for one in moving if not one.breaks_known]):
         return (

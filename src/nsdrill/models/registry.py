@@ -384,6 +384,12 @@ def spoken() -> Description | None:
     return None if isinstance(found, InputError) else found
 
 
+def checks_of(model: Description) -> Any:
+    """The module with the checks of the ``model``, which it names; None where it names
+    none."""
+    return import_module(model.checks) if model.checks else None
+
+
 def scripted(name: str) -> Scripted | None:
     """The model of a script by this name, None where it is another's or unknown."""
     return _scripted.get(name)

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.check import checks_of
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Node
@@ -20,6 +19,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.drilling import Drilling
 from nsdrill.models.drive_laws import UNLIMITED, goes_by_torque, growing, is_limited
 from nsdrill.models.own_drives import MOTION, SERVED, OwnDrive, listed, own_drive, row_of
+from nsdrill.models.registry import checks_of
 from nsdrill.models.tree import with_values
 from nsdrill.models.variant import variant_at
 from nsdrill.testing.bench import FAR, Bench, bench_of

@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.analysis.early_end import SPEED
 from nsdrill.analysis.sticking import EVERY
-from nsdrill.app.check import checks_of, sticking_limits
 from nsdrill.app.check import damping_of_torsion as unusual_damping
+from nsdrill.app.check import sticking_limits
 from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.models.choices import word_at
@@ -22,6 +22,7 @@ from nsdrill.models.damped import KEY, Damping, with_usual
 from nsdrill.models.numbers import FOLD_ERROR
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import values_at, values_in_parts
+from nsdrill.models.registry import checks_of
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import SAMPLE
 

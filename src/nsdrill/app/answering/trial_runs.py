@@ -44,7 +44,6 @@ from nsdrill.analysis.trials import (
     hopeful,
 )
 from nsdrill.app.answering.remedies import AS_IT_IS, Changed
-from nsdrill.app.check import checks_of
 from nsdrill.app.running.stages import Watch
 from nsdrill.app.simulating.integration import points_of, run_schedule
 from nsdrill.app.simulating.motions import MAX_STEPS, Motions
@@ -54,7 +53,7 @@ from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, count
 from nsdrill.models.friction import METHODS
 from nsdrill.models.operation import Hoisted, Operation, Ramp, Schedule
-from nsdrill.models.registry import BY_NAME, model_named
+from nsdrill.models.registry import BY_NAME, checks_of, model_named
 from nsdrill.models.responses import RESPONSES, STALLED, Response, severity_labels
 from nsdrill.records import dataclass
 from nsdrill.study.study import Study

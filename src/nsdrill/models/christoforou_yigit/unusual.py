@@ -194,9 +194,7 @@ def _radiating(corner: Corner) -> Parameters:
 
 def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
     """In a hole far from the vertical the pipe lies on the low side, and is pushed."""
-    steep = [corner for corner in corners if corner.parameters.well.inclination < LYING]
-    pairs = [(corner.operation.wob, held) for corner in steep if (held := collar_weight(corner.parameters)) is not None]
-    most = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    most = max(_weights(corners), key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
     if most[0] <= most[1]:
         return None
     wob, weight = (format_value(one, "N", "kN") for one in most)
@@ -210,8 +208,13 @@ def _heavy(corners: list[Corner], format_value: FormatValue) -> str | None:
 def least_collar_weight(corners: list[Corner]) -> float | None:
     """The least weight [N] of the collars in mud of holes in which they press on the bit; None
     where there are none."""
+    return min((held for _, held in _weights(corners)), default=None)
+
+
+def _weights(corners: list[Corner]) -> list[tuple[float, float]]:
+    """The weight on bit and that of the collars in mud [N] at each corner in such a hole."""
     steep = [corner for corner in corners if corner.parameters.well.inclination < LYING]
-    return min((held for corner in steep if (held := collar_weight(corner.parameters)) is not None), default=None)
+    return [(corner.operation.wob, held) for corner in steep if (held := collar_weight(corner.parameters)) is not None]
 
 
 def slowest_second_mode(corners: list[Corner]) -> float | None:
