@@ -342,7 +342,15 @@ def filled(folder: Path, ages: dict[str, float], size: int = 1000) -> None:
         os.utime(folder / name, (now, now - days * cache.DAY))
 
 
+def an_hour_passes(folder: Path) -> None:
+    """Since the last look into the folder."""
+    looked = folder.with_suffix(".looked")
+    last = looked.stat().st_mtime - cache.HOUR
+    os.utime(looked, (last, last))
+
+
 def test_what_was_not_used_for_long_is_removed(kept):
+    an_hour_passes(kept.parent)
     filled(kept.parent, {"old.code": 91, "used.code": 89, ".x.code.tmp-0": 2, ".y.code.tmp-0": 0.5, "mine.txt": 500})
     kept.unlink()
     assert told() == (False, [])
@@ -351,6 +359,7 @@ def test_what_was_not_used_for_long_is_removed(kept):
 
 def test_a_large_folder_loses_what_was_not_used_for_longest(kept, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 100_000)
+    an_hour_passes(kept.parent)
     filled(kept.parent, {f"{days}.code": days for days in range(1, 81)}, 2000)
     kept.unlink()
     assert told() == (False, [])
@@ -366,6 +375,7 @@ def test_a_folder_of_the_right_size_is_looked_through_seldom(kept, monkeypatch):
     monkeypatch.setattr(cache, "_remove_unused", lambda folder: looks.append(folder) or look(folder))
     monkeypatch.setattr(cache, "LIMIT", 80_000)
     cache._allowed.clear()
+    an_hour_passes(kept.parent)
     for number in range(65):
         cache.save(f"{number}", bytes(1000))
     assert 7 <= len(looks) <= 8  # at first, and after each eighth of the limit
@@ -374,6 +384,17 @@ def test_a_folder_of_the_right_size_is_looked_through_seldom(kept, monkeypatch):
         cache.save(f"{number}", bytes(1000))
         assert sum(path.stat().st_size for path in kept.parent.iterdir()) <= 1.125 * cache.LIMIT
     assert len(files(kept.parent)) < 80
+
+
+def test_a_process_does_not_look_where_another_has_just_looked(kept):
+    filled(kept.parent, {"old.code": 91})
+    kept.unlink()
+    assert told() == (False, [])
+    assert files(kept.parent) == {kept.name, "old.code"}
+    kept.unlink()
+    an_hour_passes(kept.parent)
+    assert told() == (False, [])
+    assert files(kept.parent) == {kept.name}
 
 
 def test_use_is_remembered_to_a_day(kept):
@@ -385,6 +406,7 @@ def test_use_is_remembered_to_a_day(kept):
 
 def test_a_file_that_another_process_removes_is_compiled_again(kept, monkeypatch):
     """Between the look into the folder and the removal, and before it is read."""
+    an_hour_passes(kept.parent)
     filled(kept.parent, {"old.code": 100})
     kept.unlink()
     unlink = os.unlink

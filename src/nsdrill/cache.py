@@ -6,8 +6,8 @@ fault of the cache never stops a run: the function is compiled again, with one
 :class:`CacheWarning` per process.
 
 The folder holds :data:`LIMIT` bytes at most, and files that were used within
-:data:`AGE`: a process that writes into it looks through it first, and again after each
-eighth of that size. The time of a file is that of its last use, to a day.
+:data:`AGE`: a process that writes into it looks through it first, unless another did so
+within an :data:`HOUR`, and again after each eighth of that size. The time of a file is that of its last use, to a day.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from nsdrill.files import reason, whole
 
 _DIGEST = hashlib.sha256().digest_size
 _SUFFIX = ".code"
-DAY = 86400.0  # [s]
+HOUR, DAY = 3600.0, 86400.0  # [s]
 AGE = 90 * DAY
 LIMIT = 128 << 20  # bytes; a function has some 20 kB
 KEPT = 0.75  # of the limit, where it is exceeded: then the next look is not near
@@ -104,10 +104,22 @@ def _digest(name: str, content: bytes) -> bytes:
 
 def _bound(folder: Path, written: int) -> None:
     """Look through the folder if need be, after so many bytes were written."""
-    _allowed[folder] = _allowed.get(folder, 0.0) - written
+    looked = folder.with_suffix(".looked")  # its time is that of the last look
+    if folder not in _allowed:
+        _allowed[folder] = LIMIT / 8 if _is_recent(looked) else 0.0
+    _allowed[folder] -= written
     if _allowed[folder] < 0.0:
         left = LIMIT - _remove_unused(folder)
         _allowed[folder] = min(left, LIMIT / 8)
+        with suppress(OSError):  # where only the folder itself may be written, each process looks
+            looked.touch(0o600)
+
+
+def _is_recent(path: Path) -> bool:
+    try:
+        return abs(time.time() - path.stat().st_mtime) < HOUR
+    except OSError:
+        return False
 
 
 def _remove_unused(folder: Path) -> int:
