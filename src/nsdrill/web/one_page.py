@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind
+from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind, is_dry
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label
@@ -63,16 +63,7 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import (
-    needed_for_words,
-    of_drag,
-    of_lumped,
-    of_smoothing,
-    of_unmodelled,
-    shown_first,
-    warnings,
-    would_help,
-)
+from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
@@ -445,7 +436,8 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
         return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
-        words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
+        of = " of dry friction" if _is_dry(one, row, step) else ""
+        words = f"stick-slip{of}, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
 
 
@@ -473,8 +465,11 @@ def _is_untold_in(one: Sheet, row: int) -> bool:
 
 
 def _by_torsion_alone(one: Sheet, row: int) -> str:
-    """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there."""
+    """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there, and the model does not
+    tell it."""
     maps = one.maps
+    if maps.modelled is not None and maps.modelled[one.plane, row].all():
+        return ""
     here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
     for early in one.window[ENDS_EARLY] or ():
         if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
@@ -489,6 +484,13 @@ def _is_met(one: Sheet, row: int, step: Step) -> bool:
     place = int(np.searchsorted(maps.values(maps.x), sticks if sticks is not None else np.inf))
     bits = maps.bits_on(maps.way_in)[one.plane, row, place : place + 1]
     return bool(np.all(bits & STICK_SLIP > 0))
+
+
+def _is_dry(one: Sheet, row: int, step: Step) -> bool:
+    """Whether stick-slip lasts to the end of this ``step`` that sticks by dry friction alone."""
+    if one.maps.x != SPEED or step.last is None:
+        return False
+    return is_dry(one.maps, (one.plane, row, int(np.searchsorted(one.maps.values(SPEED), step.last))))
 
 
 def _bound(one: Sheet) -> str:
@@ -833,7 +835,7 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 def _of_model(one: Sheet) -> list[str]:
     """What the model leaves out of the string, which the page always tells."""
     of_string = [*of_drag(one.window), *of_lumped(one.window, one.units)]
-    return [*of_unmodelled(one.window, one.fmt), *of_smoothing(one.window, one.fmt), *of_string]
+    return [*of_unmodelled(one.window, one.fmt), *of_string]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:
