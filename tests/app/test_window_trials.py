@@ -61,7 +61,7 @@ TORSION = """\
 model: torsion
 title: Torsion
 operation: {depth: 5000 m, wob: 66.72 kN}
-sweep: {rotary_speed: {from: 4 rad/s, to: 14 rad/s, points: 6}, procedure: up-down}
+sweep: {rotary_speed: {from: 4 rad/s, to: 16 rad/s, points: 7}, procedure: up-down}
 simulation: {transient: 60 s, observe: 30 s}
 """
 # The assembly of the example rotary_assembly, at one weight and in few steps.
@@ -504,12 +504,12 @@ def test_trials_are_of_one_file(torsion):
 
 
 def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
-    """9 to 13 klbf and 12.7 mm, without lobes: soft torque and larger collars free nothing, stabilisers closer
+    """7 to 11 klbf and 12.7 mm, without lobes: soft torque and larger collars leave no room, stabilisers closer
     together and a straight collar do. At 15 klbf the way up begins at 160 rpm, which leaves no room below 195 rpm,
     where a bit that is held starts whirl. Over lobes of 1 mm neither keeps room at 18 to 22 klbf: both are free on the
     way up, but in the corners, 2 klbf and some rpm away, the bit bounces on after a tag."""
     monkeypatch.setattr(remedies, "SPEEDS", 19)
-    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=11 klbf", "bit.surface_amplitude=0 mm"]
+    bent = ["drillstring.eccentricity=12.7 mm", "operation.wob=9 klbf", "bit.surface_amplitude=0 mm"]
     bent += ["drillstring.torsional_damping=20 N*m*s/rad", "sweep.rotary_speed={from: 40 rpm, to: 220 rpm, points: 7}"]
     study = parse_study(ROTARY, "the test", [*bent, "simulation.transient=30 s", "simulation.observe=30 s"])
     run_study(study, tmp_path / "bent.h5", workers=1)
@@ -518,11 +518,11 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
     assert found["trials"] == []
     by_name = {f"{one['key']}={one['set']}": one for one in found["changes"]}
     assert by_name["="]["free"] == []
-    assert by_name["drive.kind=soft_torque"]["free"] == []
+    assert by_name["drive.kind=soft_torque"]["room"] == 0.0
     assert by_name["drillstring.collar.outer_diameter=9.5 in"]["free"] == []
     assert by_name["drillstring.collar.span=30 ft"]["room"] > 1
     assert by_name["drillstring.eccentricity=2 mm"]["room"] > 1
-    assert found["changes_at"]["wob"] == pytest.approx(11 * KLBF)
+    assert found["changes_at"]["wob"] == pytest.approx(9 * KLBF)
     assert "Stabilisers 30 ft apart, at the next trip, may free" in found["sentence"]
     assert {one["name"] for one in by_name["drillstring.collar.span=30 ft"]["trials"]} >= {HELD, OFF_ROCK, ON_WALL}
     assert len(found["sentence"].split()) <= 30
@@ -859,7 +859,7 @@ def test_changes_are_run_at_several_weights_of_the_map(monkeypatch):
     """At that of the setting first, then at the lightest, between them, and at that of the study. At 20 kN stick-slip
     ends at a lower speed than at 120 kN."""
     monkeypatch.setattr(remedies, "SPEEDS", 6)
-    sweep = "sweep={wob: {from: 20 kN, to: 120 kN, points: 6}, rotary_speed: {from: 4 rad/s, to: 16 rad/s, points: 4}}"
+    sweep = "sweep={wob: {from: 20 kN, to: 120 kN, points: 6}, rotary_speed: {from: 4 rad/s, to: 20 rad/s, points: 5}}"
     study = parse_study(TORSION, "the test", [sweep, "sweep.procedure=up", "sweep.along=rotary_speed"])
     results, motions = run_in_memory(study, workers=1), Motions(prepare(study))
     place = {"depth": 5000.0, "wob": 120e3, "rotary_speed": 10.0}
