@@ -32,7 +32,7 @@ from nsdrill.analysis.limits import (
     started_only,
     sticking_over_samples,
 )
-from nsdrill.analysis.trials import OTHER_BIT, Change, Effort, Robust, Trials
+from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
@@ -66,7 +66,7 @@ from nsdrill.web.shown import plain, value_at
 from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
+from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, ways_words
 from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -221,6 +221,8 @@ def one_page(
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_jumps(sheets, names)],
     )
+    now = first.orders.as_it_is
+    beside_now = f" ({now})" if now else ""
     is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
@@ -236,9 +238,9 @@ def one_page(
         f"{escaped(first.orders.sentence())}{beside}</div>",
         f"<div class='cols'><div>{_list('do', 'DO', do)}",
         _list("try", CONFIRM.format(first.orders.not_yet), confirm, len(do)) if confirm else "",
-        f"</div>{_list('dont', 'DO NOT', do_not)}</div>",
+        f"</div>{_list('dont', ', '.join(filter(None, ('DO NOT', now))), do_not)}</div>",
         "<div class='numbers'>",
-        *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
+        *(f"<div><b>{escaped(value)}</b>{escaped(words + beside_now)}</div>" for value, words in _numbers(first)),
         f"</div><div class='map'>{_map(first, room)}</div>",
         _table(sheets, names, rows),
         "<div class='small'>",
@@ -262,7 +264,7 @@ def _helps(one: Sheet) -> list[str]:
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt)
-        what = {"drive": "drive", "weight": "weight", OTHER_BIT: "bit"}.get(tried.best.name, "string")
+        what = changed_part(tried)
         easier = _without_trip(tried)
         without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
@@ -577,6 +579,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
     if one.maps.x == SPEED and way.wall[0] > one.maps.values(SPEED)[-1]:
         end = one.fmt.value(SPEED, float(one.maps.values(SPEED)[-1]))
         return wall, f"off bottom the collar reaches the wall: above the map, which ends at {end}"
+    if orders.is_withdrawn:  # to which nothing is raised
+        return wall, "off bottom the collar reaches the wall"
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
@@ -641,6 +645,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
+    way = ", ".join(filter(None, (first.orders.as_it_is, way)))
     way += "" if first.maps.y is None or first.maps.y in ORDER else f" {first.fmt.name(first.maps.y)}"
     note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
     return f"<table>{top}<tr><th>{escaped(way)}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"

@@ -719,7 +719,16 @@ class Words:
         surface."""
         if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
             return []
-        return list(self._lines())[:MOST_LINES]
+        told = list(self._lines())[:MOST_LINES]
+        now = self.as_it_is
+        return [f"{now.capitalize()}. {told[0]}", *told[1:]] if now and told else told
+
+    @property
+    def as_it_is(self) -> str:
+        """``string as it is``: of which what the map tells holds, where a change of it is named beside; "" where none
+        is, and of another weight, which the map has."""
+        part = trial_words.changed_part(self.advice.trials)
+        return f"{part} as it is" if part and part != "weight" else ""
 
     def _lines(self) -> Iterator[str]:
         rests = f" {self.rests_on()}"
