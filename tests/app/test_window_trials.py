@@ -529,22 +529,27 @@ def test_what_would_help_a_bent_collar(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("span", "closer"),
+    ("span", "closer", "units"),
     [
-        ("90 ft", {"60 ft": False, "45 ft": True}),
-        ("65 ft", {"45 ft": True, "30 ft": False}),
-        ("60 ft", {"45 ft": True, "30 ft": False}),
-        ("45 ft", {"30 ft": False, "15 ft": True}),
-        ("30 ft", {"15 ft": True}),
-        ("20 ft", {"15 ft": True}),
-        ("19 m", {"45 ft": True, "30 ft": False}),
-        ("15 ft", {}),
+        ("90 ft", {"60 ft": False, "45 ft": True}, "field"),
+        ("65 ft", {"45 ft": True, "30 ft": False}, "field"),
+        ("60 ft", {"45 ft": True, "30 ft": False}, "field"),
+        ("45 ft", {"30 ft": False, "15 ft": True}, "field"),
+        ("30 ft", {"15 ft": True}, "field"),
+        ("20 ft", {"15 ft": True}, "field"),
+        ("19 m", {"45 ft": True, "30 ft": False}, "field"),
+        ("15 ft", {}, "field"),
+        ("19.8 m", {"12.5 m": True, "9.5 m": False}, "si"),
+        ("28.5 m", {"19 m": False, "12.5 m": True}, "si"),
+        ("9.5 m", {"3 m": True}, "si"),
+        ("65 ft", {"12.5 m": True, "9.5 m": False}, "si"),
+        ("3 m", {}, "si"),
     ],
 )
-def test_stabilisers_stand_where_joints_of_collars_end(span, closer):
-    """Collars come in joints of 30 ft: 34 or 22 ft no rig can make up; 15 and 45 ft it can with a pony collar, which
-    takes more than whole joints do."""
-    one = bench(ROTARY, f"drillstring.collar.span={span}")
+def test_stabilisers_stand_where_joints_of_collars_end(span, closer, units):
+    """Collars come in joints of 30 ft, or 9.5 m: 34 or 22 ft no rig can make up; 15 and 45 ft, or 12.5 m, it can with a
+    pony collar, which takes more than whole joints do."""
+    one = bench(ROTARY.replace("units: field", f"units: {units}"), f"drillstring.collar.span={span}")
     found = [each for each in remedies.Changed(one.motions, one.values, one.speeds).all() if each.key == remedies.SPAN]
     assert {each.value: "pony" in each.words for each in found} == closer
     assert all(each.words.startswith(f"stabilisers {each.value} apart") for each in found)
@@ -853,6 +858,31 @@ def test_a_change_is_run_with_a_usual_damping_where_that_of_the_study_is_higher(
         assert found.widest == ((80 * RPM, 130 * RPM) if holds else ends)
     assert len(seen) == 1
     assert 15.0 < seen[0] < 25.0
+
+
+@pytest.mark.parametrize(("at_heavy", "held"), [(((95 * RPM, 140 * RPM),), 22), ((), 20)])
+def test_a_usual_damping_is_run_at_each_weight_to_which_a_change_is_held(monkeypatch, at_heavy, held):
+    """Stick-slip lasts further under more weight: what is ordered at 22 klbf is free there with that damping too, and a
+    weight at which it leaves no room is none of them."""
+    dampings = []
+
+    def run(changed, change, wobs):
+        dampings.append(changed.motions.study.parameters.drillstring.torsional_damping)
+        free = {22: at_heavy, 20: ((80 * RPM, 140 * RPM),), 18: ((70 * RPM, 140 * RPM),)}
+        return [replace(change, wob=wob, free=free[round(wob / KLBF)], room=2.0 if wob else 0.0) for wob in wobs]
+
+    monkeypatch.setattr(remedies.Changed, "_run_at", run)
+    one = bench(ROTARY)
+    changed = remedies.Changed(one.motions, {**one.values, "wob": 20 * KLBF}, one.speeds)
+    ends = (60 * RPM, 140 * RPM)
+    change = replace(changed.all()[1], free=(ends,), widest=ends, room=3.0, speed=100 * RPM)
+    found = changed.with_usual_damping(replace(change, weights=(18 * KLBF, 22 * KLBF)))
+    assert found.holds_usual
+    assert found.weights == pytest.approx((18 * KLBF, held * KLBF))
+    assert found.widest == ((95 * RPM if held == 22 else 80 * RPM), 140 * RPM)
+    assert ("at 22 klbf with a usual damping of torsion its way up has no room" in found.why) == (held == 20)
+    assert len(set(dampings)) == 1
+    assert 15.0 < dampings[0] < 25.0
 
 
 def test_changes_are_run_at_several_weights_of_the_map(monkeypatch):
