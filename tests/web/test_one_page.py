@@ -197,7 +197,7 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "pass" not in said
     assert "never exceed" not in said
     said = words(made(WALL, up=["sssssss"] * 5, down=ROLLS))
-    assert "10 klbf above 130 not known none" in said, "where it sticks to the end of the map no limit above is told"
+    assert "10 klbf above 130 not free up to 130, where the map ends none" in said, "it sticks to the end of the map"
 
 
 def test_what_is_free_on_the_way_up_is_not_said_to_stick():
@@ -450,7 +450,7 @@ def test_the_end_of_stick_slip_does_not_depend_on_how_far_whirl_was_swept(by_mod
         results = made(WALL, up=["sssSSSS", *[line] * 4], down=["sssSSSS", *["swwwwSS"] * 4])
         said = words(told(results, [to_si("78 rpm", "rad/s")] * 5) if by_model else results)
         assert "15 klbf 80 to 90 whirl 100 to 110 90 to 100" in said
-        assert "10 klbf above 130 not known none" in said
+        assert "10 klbf above 130 not free up to 130, where the map ends none" in said
         assert "80 to 90 rpm stick-slip ends, on the way up at" in said
 
 

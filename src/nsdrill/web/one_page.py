@@ -781,8 +781,6 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         parts.append(f"{JUMPED} {spans(past)}")
     # what is free from a quick start alone is left out: beside what is ordered it would read as leave
     allowed = _ordered(one, row, "; ".join(filter(None, parts)) or none)
-    if not limits and step is not None and step.next is None:
-        return ends, "not known", allowed  # it sticks to the end of the map
 
     def met(limit: Limit) -> str:
         found = " + ".join(one.responses[name].words for name in limit.responses)
@@ -803,6 +801,11 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
         told.append(f"{JUMPED} not known{begins}")
     open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
+    is_open, sticks_on = _is_open(one, row), step is not None and step.next is None  # to the end of the map
+    if sticks_on and (not limits or not (is_open or maps.allowed[number, row].any())):
+        told, is_free = [], "not free" if not quick.any() else "not free when brought up"
+        last = one.fmt.number(maps.x, float(values[-1]))
+        open_ended = "not known" if is_open else f"{is_free} up to {last}, where the map ends"
     text = ", ".join(told) or open_ended
     # of a quick start, what lies above what bounds what is brought up
     of_starts, begin = limits_of_starts(one.whole, number, row), open_to_starts(one.whole, number, row)
