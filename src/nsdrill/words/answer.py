@@ -415,9 +415,10 @@ def of_lumped(summary: Answer, units: str) -> Iterator[str]:
 def of_drag(summary: Answer) -> Iterator[str]:
     """That the string of an inclined hole rubs nowhere along it."""
     if summary["drag_left_out"]:
+        weights = "weights hold at the bit, where less comes than is slacked off, and " * bool(summary["answer"].point)
         yield (
-            "NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: the torque at the surface is more by "
-            "what rubs there."
+            f"NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: {weights}the torque at the surface "
+            "is more by what rubs there."
         )
 
 
