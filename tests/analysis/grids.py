@@ -51,8 +51,15 @@ def grid(
     return Results(coords, {"status": status, "response": response, "whirl_kind": kind}, {"title": "Made up"})
 
 
-def told(results: Results, lasts_to: list, unstable_to: list | None = None, from_rest: bool = False) -> Results:
+def told(
+    results: Results,
+    lasts_to: list,
+    unstable_to: list | None = None,
+    from_rest: bool = False,
+    shown_to: list | None = None,
+) -> Results:
     """With what the model says of the settings of a map over speed and weight."""
     over = ["wob"] if len(results.coords["wob"]) > 1 else []
     found = {"over": over, "lasts_to": lasts_to, "unstable_to": unstable_to or [0.0] * len(lasts_to)}
+    found |= {"shown_to": lasts_to if shown_to is None else shown_to}
     return replace(results, attrs={**results.attrs, STICKS_TO: json.dumps({**found, "from_rest": from_rest})})

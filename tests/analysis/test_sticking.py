@@ -67,6 +67,34 @@ def test_no_point_is_allowed_below_the_speed_to_which_stick_slip_once_started_la
     assert grades_of(alone) == [[*4 * [Grade.STICKS_ON], *2 * [Grade.FROM_START]]]
 
 
+def test_no_point_is_allowed_below_the_end_by_dry_friction():
+    """Runs with smoothed friction stick to 2.2 rad/s, dry friction to 4.2: what is ordered, what bounds it, and the
+    warning say so alike, and a start with the bit at rest that came free shows it of smoothed friction only."""
+    ways = {"up": ["ss...."], "down": ["ss...."]}
+    one = told(grid(ways, SPEEDS), [4.2], shown_to=[2.2])
+    assert grades_of(one)[0][2:] == [*2 * [Grade.STICKS_ON], *2 * [Grade.ANY_HISTORY]]
+    found = find_window(one)
+    within = found["answer"].stay_within["rotary_speed"]
+    assert (within.low, within.below.value, within.below.is_dry) == (5.0, 4.0, True)
+    assert found["answer"].point["rotary_speed"] >= 5.0
+    (setting,) = found["stick_slip"]["settings"]
+    assert (setting["from"], setting["to"], setting["is_dry"]) == (3.0, 4.0, True)
+    text = " ".join(warnings(found, "si"))
+    assert "lasts to 4.2 rad/s" in text
+    assert "by dry friction, and the smoothed friction of the runs shows it to 2.2 rad/s" in text
+    assert "a step of the sweep" not in text, "it ended where the friction of the runs ends it"
+    lines = " ".join(words_of(found, "si").lines())
+    assert "at 4 rad/s (38.2 rpm) stick-slip of dry friction, once started, may last to 4.2 rad/s" in lines
+    smoothed = find_window(told(grid(ways, SPEEDS), [4.2]))
+    assert "dry" not in " ".join([*warnings(smoothed, "si"), *words_of(smoothed, "si").lines()])
+    soon = {"up": ["ss...."], "down": ["s....."], "same": ["s....."]}
+    started = told(grid(soon, SPEEDS), [4.2], from_rest=True, shown_to=[2.2])
+    # free at 2 rad/s, by smoothed friction: by dry friction at 3.8 rad/s
+    assert grades_of(started)[0][2:4] == [Grade.STICKS_ON, Grade.ANY_HISTORY]
+    later = told(grid({**ways, "same": ["ss...."]}, SPEEDS), [4.2], from_rest=True, shown_to=[2.2])
+    assert grades_of(later)[0][2:5] == [Grade.STICKS_ON, Grade.STICKS_ON, Grade.ANY_HISTORY]
+
+
 def test_of_samples_no_point_is_free_when_started_there_only_where_nothing_was_started():
     """Of two of three samples steady drilling is free where stick-slip may last, and one bounces: no run was
     started at a point, so that nothing is free from such a start."""
@@ -173,7 +201,7 @@ simulation: {{transient: 5 s, observe: 5 s}}
     found = json.loads(results_for_window(nsdrill.run(study)).attrs[STICKS_TO])
     (onset,) = found.pop("unstable_to")
     assert onset == pytest.approx(nsdrill.check(study).figures["stick_slip_onset"].value)
-    assert found == {"over": [], "lasts_to": [None], "from_rest": start == "rest"}
+    assert found == {"over": [], "lasts_to": [None], "shown_to": [None], "from_rest": start == "rest"}
 
 
 @pytest.mark.parametrize(("model", "lobes"), [("christoforou_yigit", 1), ("christoforou_yigit", 3), ("beam", 1)])
@@ -219,12 +247,15 @@ def sweeps() -> list[Results]:
 
 def test_no_step_of_the_speed_adds_an_allowed_point_where_stick_slip_lasts(sweeps):
     """Steps of 0.25 to 1.75 rad/s end stick-slip at different speeds, all below 9.59 rad/s
-    (continuation), below which none is allowed."""
+    (continuation), and by dry friction it lasts to 9 % more: below that none is allowed."""
     ends = []
     for one in sweeps:
-        maps = graded(one)
-        assert not maps.allowed[0, 0, one["rotary_speed"] < 9.587].any()
-        assert maps.allowed[0, 0, one["rotary_speed"] > 9.8].all()
+        maps, found = graded(one), json.loads(one.attrs[STICKS_TO])
+        (dry,), (shown,) = found["lasts_to"], found["shown_to"]
+        assert 9.587 < shown < 9.9
+        assert 1.05 * shown < dry < 1.12 * shown
+        assert not maps.allowed[0, 0, one["rotary_speed"] < dry].any()
+        assert maps.allowed[0, 0, one["rotary_speed"] > dry].all()
         ends.append(float(one["rotary_speed"][np.flatnonzero(one["response"][0, 0, 0])[-1]]))
     assert len(set(ends)) > 1, "else this shows nothing"
     assert any(np.any(graded(one).grade == Grade.STICKS_ON) for one in sweeps)

@@ -101,6 +101,36 @@ def test_only_what_the_answer_allows_is_told(heaviest, fastest, told):
     assert texts_of(TOLD, {}, {}) == [], "without a setting nothing is allowed"
 
 
+@pytest.mark.parametrize(
+    ("buckles", "holds"),
+    [
+        (None, "It holds to that: above, the pipe over them may buckle"),
+        (60e3, "It holds to 60 kN: above, the pipe over them may buckle"),
+        (90e3, "It holds: the pipe above them is in compression, but in this inclined hole it does not buckle below"),
+    ],
+)
+def test_to_which_weight_the_answer_holds_is_told(buckles, holds):
+    stretch = {"wob": Stretch(30e3, 80e3, BORDER, BORDER)}
+    (text,) = texts_of({"collar_weight": 50e3, "pipe_buckles": buckles}, {"wob": 30e3}, stretch)
+    assert text.startswith("HEAVIER THAN THE COLLARS: the answer goes to 80 kN, and the collars weigh 50 kN. ")
+    assert holds in text
+
+
+def test_an_inclined_hole_holds_the_pipe_that_a_vertical_one_does_not():
+    """By Dawson and Paslay 2 sqrt(E I w sin(i) / r) of the pipe, beyond the weight of the collars along the hole."""
+    upright = left_out(study_of())
+    assert upright["pipe_buckles"] == upright["collar_weight"]
+    study = study_of(more="well: {inclination: 30 deg}\n")
+    inclined, pipe = left_out(study), study.parameters.drillstring.pipe
+    steel, mud = study.parameters.drillstring.material, study.parameters.mud.density
+    inertia = math.pi / 64 * (pipe.outer_diameter**4 - pipe.inner_diameter**4)
+    weight = 9.81 * (steel.density - mud) * math.pi / 4 * (pipe.outer_diameter**2 - pipe.inner_diameter**2)
+    clearance = (study.parameters.well.diameter - pipe.outer_diameter) / 2
+    load = 2 * math.sqrt(steel.young_modulus * inertia * weight * 0.5 / clearance)
+    assert inclined["collar_weight"] == pytest.approx(upright["collar_weight"] * math.cos(math.pi / 6))
+    assert inclined["pipe_buckles"] - inclined["collar_weight"] == pytest.approx(load, rel=0.01)
+
+
 def test_check_tells_the_second_mode_of_a_model_of_one():
     fast = "sweep: {rotary_speed: {from: 20 rad/s, to: 40 rad/s, points: 3}}\n"
     for model, told in (("model: christoforou_yigit\n", True), ("model: beam\nbeam: {modes: 1}\n", True)):

@@ -15,7 +15,8 @@ from nsdrill.data import DAMPING, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN,
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
-from nsdrill.web.one_page import Sheet, _without_trip, in_rig_words, one_page
+from nsdrill.web.one_page import Sheet, _numbers, _without_trip, in_rig_words, one_page
+from nsdrill.words.trial_words import changed_part
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -159,6 +160,18 @@ def test_what_would_help_stands_beside_a_hint():
     assert page.partition("DO NOT")[0].count("run again: stabilisers 30 ft apart") == 1
     assert "Drill at" not in page
     assert "Then set" not in page
+    # what the map tells is of the string as it is, and stands beside a range of another one
+    assert "DO NOT, string as it is" in page
+    assert page.count("(string as it is)") == len(list(_numbers(one)))
+    assert "string as it is, brought up at" in page
+    assert not re.search(r"off bottom, (pass|do not raise)", page)
+    assert one.orders.lines()[0].startswith("String as it is. Slower: ")
+    drive, weight = (replace(span, name=name, key=name) for name in ("drive", "operation.wob"))
+    whose = [
+        changed_part(Trials((bad,), (as_it_is, change))) for change in (span, drive, replace(weight, name="weight"))
+    ]
+    assert whose == ["string", "drive", "weight"]
+    assert changed_part(Trials((bad,), (as_it_is,))) == ""
 
 
 @pytest.mark.parametrize(("of_drive", "share", "told"), [("free", 1.0, True), ("vibrates", 0.0, False)])
@@ -184,7 +197,7 @@ def test_where_nothing_is_allowed_nothing_is_to_be_passed():
     assert "pass" not in said
     assert "never exceed" not in said
     said = words(made(WALL, up=["sssssss"] * 5, down=ROLLS))
-    assert "10 klbf above 130 not known none" in said, "where it sticks to the end of the map no limit above is told"
+    assert "10 klbf above 130 not free up to 130, where the map ends none" in said, "it sticks to the end of the map"
 
 
 def test_what_is_free_on_the_way_up_is_not_said_to_stick():
@@ -437,7 +450,7 @@ def test_the_end_of_stick_slip_does_not_depend_on_how_far_whirl_was_swept(by_mod
         results = made(WALL, up=["sssSSSS", *[line] * 4], down=["sssSSSS", *["swwwwSS"] * 4])
         said = words(told(results, [to_si("78 rpm", "rad/s")] * 5) if by_model else results)
         assert "15 klbf 80 to 90 whirl 100 to 110 90 to 100" in said
-        assert "10 klbf above 130 not known none" in said
+        assert "10 klbf above 130 not free up to 130, where the map ends none" in said
         assert "80 to 90 rpm stick-slip ends, on the way up at" in said
 
 

@@ -76,6 +76,8 @@ class Border:
     """Of a rectangle: the other axis and its value there, where that is not the point's."""
     sticks_to: float | None = None
     """Where stick-slip may last: up to which speed [rad/s], infinite at every one."""
+    is_dry: bool = False
+    """Whether it may by dry friction alone: the smoothed friction of the runs cannot show it there."""
     outside: bool = False
     """Whether one does not drill there; it has a grade where it is not free, too."""
     by_trial: bool = False
@@ -625,23 +627,34 @@ def _told_of_wall(found: Mapping[str, Stretch], way: WayIn | None) -> dict[str, 
     return {**found, "rotary_speed": replace(one, below=replace(one.below, is_on_wall=True))}
 
 
-def sticks_to(maps: Graded, cell: Cell) -> float | None:
+def sticks_to(maps: Graded, cell: Cell, shown: bool = False) -> float | None:
     """The speed [rad/s] up to which stick-slip, once started, may last at the setting of a
-    cell: of samples in all but so many as the confidence leaves; 0 where it does at
-    none, None where that is not known."""
-    if maps.sticks_to is None or maps.modelled is None:
+    cell, or up to which the friction of the runs can have ``shown`` it: of samples in all but so many as the confidence
+    leaves; 0 where it does at none, None where that is not known."""
+    ends = maps.shown_to if shown else maps.sticks_to
+    if ends is None or maps.modelled is None:
         return None
-    found = np.sort(maps.sticks_to[cell])
+    found = np.sort(ends[cell])
     to = float(found[-1] if maps.confidence is None else found[int(np.ceil(maps.confidence * len(found))) - 1])
     return None if to == 0.0 and not maps.modelled[cell].all() else to
 
 
 def _lasts_at(maps: Graded, cell: Cell) -> bool:
     """Whether stick-slip, once started, may last at a cell."""
+    return _speed(maps, cell) <= (sticks_to(maps, cell) or 0.0)
+
+
+def is_dry(maps: Graded, cell: Cell) -> bool:
+    """Whether it lasts there by dry friction alone, as the friction of the runs cannot show it."""
+    return _lasts_at(maps, cell) and _speed(maps, cell) > (sticks_to(maps, cell, shown=True) or 0.0)
+
+
+def _speed(maps: Graded, cell: Cell) -> float:
+    """The set speed of a cell [rad/s], infinite where there is none."""
     at = {**maps.results.held, **_values(maps, cell)}
     if maps.third == "rotary_speed":
         at[maps.third] = float(maps.values(maps.third)[cell[0]])
-    return at.get("rotary_speed", np.inf) <= (sticks_to(maps, cell) or 0.0)
+    return at.get("rotary_speed", np.inf)
 
 
 def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int, dict[str, float], int | None]:
@@ -881,6 +894,7 @@ def _border(
         grade,
         names,
         sticks_to=to,
+        is_dry=to is not None and is_dry(maps, there),  # type: ignore[arg-type]
         by_trial=there in maps.in_trials,
         is_jumped=is_jumped,
         is_gap=is_gap,
@@ -1532,6 +1546,7 @@ def _name(grade: Grade | None) -> str | None:
 
 FLAGS = (
     "outside",
+    "is_dry",
     "by_trial",
     "is_jumped",
     "is_gap",

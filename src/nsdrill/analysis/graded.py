@@ -32,11 +32,11 @@ class Graded:
     ``labels`` and ``bits`` are [way, third, y, x, world], the :class:`Label` and the
     responses of every run, ``bars`` those of them that a severity does not allow; a world is a sample, or a start.
     ``grades`` are
-    [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set
-    speed up to which stick-slip, once started, may last at the setting [rad/s], 0 where
-    it does at none, and ``modelled`` whether the model says so and not the runs alone;
-    ``unstable`` is whether it begins there by itself, by the model, and ``tried`` whether it
-    is known at all, see :class:`nsdrill.analysis.sticking.Sticking`; all
+    [third, y, x, world], of all starts together [third, y, x, 1]. ``sticks_to`` is the set speed up to which
+    stick-slip, once started, may last at the setting [rad/s], 0 where it does at none, ``shown_to`` the same by the
+    smoothed friction of the runs, and ``modelled`` whether the model says so and not the runs alone; ``unstable`` is
+    whether it begins there by itself, by the model, and ``tried`` whether it is known at all, see
+    :class:`nsdrill.analysis.sticking.Sticking`; all
     [third, y, x, world]. ``share`` is the share of starts that are safe, [third, y, x];
     None without starts. ``effective`` is the effective number of samples, ``confidence`` the share of them that must be
     allowed; both None without samples. The points ``outside`` of where one drills,
@@ -54,6 +54,7 @@ class Graded:
     bars: Array
     grades: Array
     sticks_to: Array | None = None
+    shown_to: Array | None = None
     modelled: Array | None = None
     unstable: Array | None = None
     tried: Array | None = None
@@ -247,8 +248,8 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     bars = bits if severity is None else worlds(barring(results, severity))
     found = sticking_of(results, severity)
-    about = (found.to, found.modelled, found.unstable, found.tried)
-    to, modelled, unstable, tried = (worlds(part[None])[0] for part in about)
+    about = (found.to, found.shown_to, found.modelled, found.unstable, found.tried)
+    to, shown_to, modelled, unstable, tried = (worlds(part[None])[0] for part in about)
     if "start" in results.coords:
         starts = as_known(np.concatenate(list(labels), axis=-1))
         is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
@@ -267,6 +268,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
             bars,
             grades,
             to,
+            shown_to,
             modelled,
             unstable,
             tried,
@@ -283,6 +285,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         bars,
         worlds(grades_of(results, severity)[None])[0],
         to,
+        shown_to,
         modelled,
         unstable,
         tried,

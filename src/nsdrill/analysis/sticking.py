@@ -24,6 +24,7 @@ from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.records import dataclass
 
 SPEED = "rotary_speed"
+ENDS = ("unstable_to", "lasts_to", "shown_to")  # in the attribute: speeds of each setting
 EVERY = "every"  # in the attribute: at every speed
 NEAR = 0.98  # of the onset of stick-slip, up to which steady drilling is unstable for certain
 _SLACK = 1e-9
@@ -42,8 +43,9 @@ class Sticking:
     - ``may``: whether it may have been, in a run that is not known;
     - ``tried``: whether it is known at the point: by the model, or by a start there, with
       the bit at rest, that came free;
-    - ``to``: the set speed up to which it may last [rad/s]: 0 where it does at none,
-      infinite where it does at every speed;
+    - ``to``: the set speed up to which it may last [rad/s], by dry friction where the model tells it: 0 where it
+      does at none, infinite where it does at every speed;
+    - ``shown_to``: the same by the smoothed friction of the runs, which can show no more;
     - ``modelled``: whether the model says so, or the runs alone;
     - ``between``: whether it lies between two speeds at which a start at the point sticks;
     - ``perhaps``: whether it may, by runs that are not known.
@@ -56,6 +58,7 @@ class Sticking:
     may: Array
     tried: Array
     to: Array
+    shown_to: Array
     modelled: Array
     between: Array
     perhaps: Array
@@ -71,7 +74,7 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     sticks = critical & (bits & STICK_SLIP > 0)
     if SPEED not in results.axes:
         none, free = np.zeros(sticks.shape[1:]), np.zeros(sticks.shape[1:], dtype=bool)
-        return Sticking(free, free, free, free, free, ~free, none, ~free, free, free)
+        return Sticking(free, free, free, free, free, ~free, none, none, ~free, free, free)
     alone = sticks & (bits & WHIRL == 0)  # of a collar on the wall it is the friction there
     shape, speeds, place = sticks.shape[1:], np.asarray(results.coords[SPEED], dtype=float), results.axes.index(SPEED)
     speed = np.broadcast_to(along_axis(speeds, place, len(shape)), shape)
@@ -80,16 +83,19 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     is_stuck, is_open = alone[told].any(axis=0), unknown[told].any(axis=0)
     met_to = np.max(np.where(is_stuck, speed, 0.0), axis=place, keepdims=True)
     open_to = np.max(np.where(is_open, speed, 0.0), axis=place, keepdims=True)
-    unstable_to, lasts_to, is_held = _by_model(results, shape)
+    unstable_to, lasts_to, seen_to, is_held = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
-    estimate, tried = np.where(modelled, lasts_to, 0.0), modelled
+    estimate, shown, tried = np.where(modelled, lasts_to, 0.0), np.where(modelled, seen_to, 0.0), modelled
     doubted = np.zeros(shape, dtype=bool)
     if is_held:  # a bit that was held at the point, let go and came free; of one that failed it is not known
         same = results.procedures.index("same")
         free, doubted = (~critical & known & (bits == 0))[same], unknown[same]
-        estimate, tried = np.where(free & (estimate >= speed), 0.0, estimate), modelled | free
-    to = np.maximum(np.broadcast_to(met_to, shape), estimate)
+        ended = free & (shown >= speed)
+        end = _dry_end(ended & (speed > met_to), speed, estimate, shown, place)
+        estimate = np.where(free & (speed >= end), 0.0, estimate)
+        shown, tried = np.where(ended, 0.0, shown), modelled | free
+    to, shown_to = (np.maximum(np.broadcast_to(met_to, shape), part) for part in (estimate, shown))
     met = may = np.zeros(shape, dtype=bool)
     if "up" in results.procedures:
         up, chain = results.procedures.index("up"), chain_of(results)
@@ -110,10 +116,20 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
         may,
         tried,
         to,
+        shown_to,
         modelled,
         between,
         perhaps,
     )
+
+
+def _dry_end(ended: Array, speed: Array, lasts_to: Array, shown_to: Array, place: int) -> Array:
+    """The speed [rad/s] up to which dry friction may keep stick-slip that ``ended`` at the least such speed with
+    smoothed friction: as much higher as its estimates, ``lasts_to`` and ``shown_to``, are; infinite where it ended
+    nowhere. Speeds are along the axis at a ``place``."""
+    first = np.min(np.where(ended, speed, np.inf), axis=place, keepdims=True)
+    more = np.divide(lasts_to, shown_to, out=np.ones_like(lasts_to), where=(shown_to > 0.0) & np.isfinite(lasts_to))
+    return np.asarray(first * np.maximum(more, 1.0))
 
 
 def joined(sticking: Array, bits: Array, unknown: Array) -> Array:
@@ -157,26 +173,28 @@ def attributes_at(results: Results, dimension: str, place: int) -> Attributes:
     if found is None or dimension not in found["over"]:
         return results.attrs
     lengths, along = [len(results.coords[name]) for name in found["over"]], found["over"].index(dimension)
-    for name in ("unstable_to", "lasts_to"):
+    for name in {*ENDS} & found.keys():
         found[name] = np.array(found[name], dtype=object).reshape(lengths).take([place], along).ravel().tolist()
     found["over"].remove(dimension)
     return {**results.attrs, STICKS_TO: json_text(found)}
 
 
-def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, bool]:
-    """The speeds below which steady drilling is unstable, and up to which stick-slip may
-    last, by the model, over the grid, NaN where it does not say; and whether the starts at
-    the points are those of a bit that is held, which tells of other starts too."""
+def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, Array, bool]:
+    """The speeds below which steady drilling is unstable, up to which stick-slip may
+    last, and up to which smoothed friction shows it, by the model, over the grid, NaN where it does not say; and
+    whether the starts at the points are those of a bit that is held, which tells of other starts too."""
     found = json.loads(results.attrs.get(STICKS_TO, "null"))
     if found is None:
-        return np.full(shape, np.nan), np.full(shape, np.nan), False
+        unknown = np.full(shape, np.nan)
+        return unknown, unknown, unknown, False
     over = [len(results.coords[name]) if name in found["over"] else 1 for name in results.grid if name != "procedure"]
 
     def array(name: str) -> Array:
         values = [np.nan if one is None else np.inf if one == EVERY else one for one in found[name]]
         return np.broadcast_to(np.asarray(values, dtype=float).reshape(over), shape)
 
-    return array("unstable_to"), array("lasts_to"), from_rest(results) and not found.get("by_start")
+    unstable_to, lasts_to, shown_to = (array(name if name in found else "lasts_to") for name in ENDS)
+    return unstable_to, lasts_to, shown_to, from_rest(results) and not found.get("by_start")
 
 
 def sticks_past(bits: Array, inside: Array) -> Array:

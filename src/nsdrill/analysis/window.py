@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind, advise, best_of, passed_over, speed_of, sticks_to
+from nsdrill.analysis.advice import Advice, Kind, advise, best_of, is_dry, passed_over, speed_of, sticks_to
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import TOP_SPEED, after_failure, beyond, known
 from nsdrill.analysis.doubts import doubts_in
@@ -29,7 +29,6 @@ from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.data import (
     DAMPING,
-    DRY_FRICTION,
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
@@ -161,7 +160,6 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW, LUMPED_STRING, LEFT_OUT)},
         UNUSUAL_NUMBERS: str(results.attrs.get(UNUSUAL_NUMBERS, "")),
         PULSES: str(results.attrs.get(PULSES, "")),
-        DRY_FRICTION: float(results.attrs.get(DRY_FRICTION, 0.0)) or None,
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
@@ -211,7 +209,8 @@ def _stick_slip(maps: Classes) -> Answer:
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
     runs alone (``modelled``), or at some allowed point neither (``untried``); and the
     ``settings`` with such points: from which to which value of the first axis the last of them
-    lie side by side, the greatest ``step`` of the axis up to there, and to which speed it lasts; or where it
+    lie side by side, the greatest ``step`` of the axis up to there, to which speed it lasts, and to which the
+    smoothed friction of the runs can have shown it, at none of them where ``is_dry``; or where it
     begins by itself (``unstable``)."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     chain = chain_of(maps.results)
@@ -236,6 +235,8 @@ def _stick_slip(maps: Classes) -> Answer:
                 "to": float(values[last]),
                 "step": _step(chain, maps.x, values, first, last),
                 "lasts_to": speed_of(to),
+                "shown_to": speed_of(sticks_to(grades, (number, row, last), shown=True)),
+                "is_dry": all(is_dry(grades, (number, row, int(place))) for place in at),
                 "met": up is not None and bool(np.any(maps.bits_in[up][number, row, :first] & STICK_SLIP)),
                 "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
             }

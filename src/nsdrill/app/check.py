@@ -498,12 +498,6 @@ def damping_of_torsion(study: Study) -> Damping | None:
     return None if checks is None else unusual_damping(study, _corners(study), checks.coefficients)
 
 
-def dry_friction(study: Study) -> float | None:
-    """How many times as far stick-slip of a ``study`` lasts by dry friction: see
-    :func:`nsdrill.models.dry.dry_friction`."""
-    return dry.dry_friction(getattr(checks_of(study.model), "stick_slip_folds", None), _corners(study))
-
-
 def string_by_depth(study: Study) -> list[dict[str, float]]:
     """What turns the string off bottom, by the equations of its model: the torque at the
     surface less that of the rock, per speed of the string (``drag`` [N m s/rad]); and the ``period`` of its

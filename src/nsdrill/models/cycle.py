@@ -106,6 +106,8 @@ def lasting(
     rest, most = speeds[lanes, peak], torques[lanes, peak]
     slowest, fastest, last = speeds[:, 0], speeds[:, -1], speeds.shape[1] - 1
     low, per_unit = np.log(slowest), last / np.log(fastest / slowest)
+    # a bit that is slower rests, so that a step which ends there must not see the torque fall
+    torques = np.where(np.arange(torques.shape[1]) < peak[:, None], most[:, None], torques)
     at, rise = torques.ravel(), np.diff(torques, axis=1, append=np.nan).ravel()
 
     def torque(omega: Array, of: _Lanes) -> Array:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.data import evenly_spaced
 from nsdrill.models.drilling import FOLD
 from nsdrill.models.friction import law_named
 from nsdrill.models.numbers import FOLD_ERROR, DerivedQuantity
@@ -17,41 +16,41 @@ from nsdrill.models.tree import with_values
 
 KEY = "bit.friction.smoothing"
 DRY = 1e5  # s/rad: a greater one changes stick-slip by no more than the error of its estimate
-MOST_SETTINGS = 4  # of which it is asked
 
-Folds = Callable[[Sequence[Values]], Sequence[float | None]]
+Speeds = Callable[[Sequence[Values]], Sequence[float | None]]
 
 
-def dry_friction(folds: Folds | None, settings: Sequence[Values]) -> float | None:
-    """How many times as high the ``folds``, the speeds up to which stick-slip lasts, are by dry friction: the most
-    over some of the ``settings``. None where that is not known, as of friction that is not smoothed."""
-    if folds is None:
-        return None
-    alike = {(one.parameters, *map(float, one.operation[:2])): one for one in settings if _is_smoothed(one.parameters)}
-    now = evenly_spaced([*alike.values()], MOST_SETTINGS)
-    found = folds([*now, *map(_dry, now)])
-    pairs = zip(found[: len(now)], found[len(now) :], strict=True)
-    return max((dry / one for one, dry in pairs if one and dry and math.isfinite(one + dry)), default=None)
+def by_dry(speeds: Speeds, settings: Sequence[Values]) -> tuple[list[float | None], list[float | None]]:
+    """The ``speeds`` up to which stick-slip lasts at some settings, and the same by dry friction, which is no less; the
+    same where that is not known, as of friction that is not smoothed."""
+    smoothed = [number for number, one in enumerate(settings) if _is_smoothed(one.parameters)]
+    found = speeds([*settings, *(_dry(settings[number]) for number in smoothed)])
+    now, dry = list(found[: len(settings)]), list(found[: len(settings)])
+    for number, one in zip(smoothed, found[len(settings) :], strict=True):
+        own = now[number]
+        if own and one and math.isfinite(own + one):
+            dry[number] = max(own, one)
+    return now, dry
 
 
 def told(quantities: dict[str, DerivedQuantity], checks: Any, at: Values) -> dict[str, DerivedQuantity]:
     """The ``quantities`` of a setting, with how much further stick-slip lasts by dry friction, where that is beyond
     the error that is told."""
-    fold = quantities.get(FOLD)
-    if fold is None or fold.value is None or not math.isfinite(fold.value):
+    fold, folds = quantities.get(FOLD), getattr(checks, "stick_slip_folds", None)
+    if fold is None or not fold.value or not math.isfinite(fold.value) or folds is None:
         return quantities
-    ratio = dry_friction(getattr(checks, "stick_slip_folds", None), [at])
-    if ratio is None or ratio <= FOLD_ERROR:
+    (now,), (dry,) = by_dry(folds, [at])
+    if not now or not dry or dry <= FOLD_ERROR * now or math.isinf(now):
         return quantities
-    more = f"; by dry friction, without smoothing, {100.0 * (ratio - 1.0):.0f} % more)"
+    more = f"; by dry friction, without smoothing, {100.0 * (dry / now - 1.0):.0f} % more)"
     return quantities | {FOLD: replace(fold, meaning=fold.meaning.removesuffix(")") + more)}
 
 
 def _is_smoothed(parameters: Any) -> bool:
     """Whether the friction at the bit is smoothed, and the rock is not cut anew."""
     bit = getattr(parameters, "bit", None)
-    section = getattr(bit, "friction", None)
-    if section is None or getattr(getattr(bit, "rock", None), "regenerative", False):
+    section: Any = getattr(bit, "friction", None)
+    if not hasattr(section, "law") or getattr(getattr(bit, "rock", None), "regenerative", False):
         return False
     return law_named(section.law).steep == "smoothing" and float(section.smoothing) < DRY
 

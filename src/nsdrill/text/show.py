@@ -357,15 +357,16 @@ def _by_model_lines(rows: list[Answer], held: list[str], units: str) -> Iterator
     told = {}
     for row in rows:
         if (speeds := row.get("by_model")) is not None:
-            unstable, lasts = (
+            unstable, lasts, shown = (
                 "every speed" if speed is None else value_text("rotary_speed", speed, units)
-                for speed in (speeds["unstable_to"], speeds["lasts_to"])
+                for speed in speeds.values()
             )
             where = "".join(f" at {point_text({name: row[name]}, units)}" for name in held)
             unstable = f"at {unstable}" if speeds["unstable_to"] is None else f"below {unstable}"
             steady = "is stable" if speeds["unstable_to"] == 0.0 else f"is unstable {unstable}"
             sticks = "does not last" if speeds["lasts_to"] == 0.0 else f"may last up to {lasts}"
-            told[where] = f"  By the model{where}: steady drilling {steady}, and stick-slip {sticks}."
+            dry = "" if shown == lasts else f" by dry friction, up to {shown} by that of the runs, which is smoothed"
+            told[where] = f"  By the model{where}: steady drilling {steady}, and stick-slip {sticks}{dry}."
     yield from told.values()
 
 

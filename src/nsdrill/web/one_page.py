@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind
+from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind, is_dry
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label
@@ -32,7 +32,7 @@ from nsdrill.analysis.limits import (
     started_only,
     sticking_over_samples,
 )
-from nsdrill.analysis.trials import OTHER_BIT, Change, Effort, Robust, Trials
+from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
@@ -63,19 +63,10 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import (
-    needed_for_words,
-    of_drag,
-    of_lumped,
-    of_smoothing,
-    of_unmodelled,
-    shown_first,
-    warnings,
-    would_help,
-)
+from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
+from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, ways_words
 from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -230,6 +221,8 @@ def one_page(
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_jumps(sheets, names)],
     )
+    now = first.orders.as_it_is
+    beside_now = f" ({now})" if now else ""
     is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
@@ -245,9 +238,9 @@ def one_page(
         f"{escaped(first.orders.sentence())}{beside}</div>",
         f"<div class='cols'><div>{_list('do', 'DO', do)}",
         _list("try", CONFIRM.format(first.orders.not_yet), confirm, len(do)) if confirm else "",
-        f"</div>{_list('dont', 'DO NOT', do_not)}</div>",
+        f"</div>{_list('dont', ', '.join(filter(None, ('DO NOT', now))), do_not)}</div>",
         "<div class='numbers'>",
-        *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
+        *(f"<div><b>{escaped(value)}</b>{escaped(words + beside_now)}</div>" for value, words in _numbers(first)),
         f"</div><div class='map'>{_map(first, room)}</div>",
         _table(sheets, names, rows),
         "<div class='small'>",
@@ -271,7 +264,7 @@ def _helps(one: Sheet) -> list[str]:
     tried = one.advice.trials
     if tried is not None and tried.best is not None and tried.best.key:
         best = best_words(tried, one.maps.x, one.fmt)
-        what = {"drive": "drive", "weight": "weight", OTHER_BIT: "bit"}.get(tried.best.name, "string")
+        what = changed_part(tried)
         easier = _without_trip(tried)
         without_trip = "; or without a trip, " + change_words(easier, tried, one.maps.x, one.fmt) if easier else ""
         told = f"Have the {what} changed and run again: {best}{without_trip}."
@@ -445,7 +438,8 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
         return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
-        words = f"stick-slip, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
+        of = " of dry friction" if _is_dry(one, row, step) else ""
+        words = f"stick-slip{of}, once started, {'lasts to here' if axis == SPEED else 'may last'}{at}"
     return _step(fmt, axis, step), words + _by_torsion_alone(one, row)
 
 
@@ -473,8 +467,11 @@ def _is_untold_in(one: Sheet, row: int) -> bool:
 
 
 def _by_torsion_alone(one: Sheet, row: int) -> str:
-    """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there."""
+    """To which speed stick-slip lasts in a row by torsion alone, where it ends earlier there, and the model does not
+    tell it."""
     maps = one.maps
+    if maps.modelled is not None and maps.modelled[one.plane, row].all():
+        return ""
     here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
     for early in one.window[ENDS_EARLY] or ():
         if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
@@ -489,6 +486,13 @@ def _is_met(one: Sheet, row: int, step: Step) -> bool:
     place = int(np.searchsorted(maps.values(maps.x), sticks if sticks is not None else np.inf))
     bits = maps.bits_on(maps.way_in)[one.plane, row, place : place + 1]
     return bool(np.all(bits & STICK_SLIP > 0))
+
+
+def _is_dry(one: Sheet, row: int, step: Step) -> bool:
+    """Whether stick-slip lasts to the end of this ``step`` that sticks by dry friction alone."""
+    if one.maps.x != SPEED or step.last is None:
+        return False
+    return is_dry(one.maps, (one.plane, row, int(np.searchsorted(one.maps.values(SPEED), step.last))))
 
 
 def _bound(one: Sheet) -> str:
@@ -575,6 +579,8 @@ def _pass(one: Sheet) -> tuple[str, str]:
     if one.maps.x == SPEED and way.wall[0] > one.maps.values(SPEED)[-1]:
         end = one.fmt.value(SPEED, float(one.maps.values(SPEED)[-1]))
         return wall, f"off bottom the collar reaches the wall: above the map, which ends at {end}"
+    if orders.is_withdrawn:  # to which nothing is raised
+        return wall, "off bottom the collar reaches the wall"
     if way.crosses and way.first == First.SPEED and (rates := orders.rates(way)):
         return wall, f"off bottom, pass at {rates}: the collar reaches the wall"
     return wall, "off bottom, do not raise the speed through: the collar reaches the wall"
@@ -639,6 +645,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     total = len(first.maps.values(first.maps.y))
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
+    way = ", ".join(filter(None, (first.orders.as_it_is, way)))
     way += "" if first.maps.y is None or first.maps.y in ORDER else f" {first.fmt.name(first.maps.y)}"
     note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
     return f"<table>{top}<tr><th>{escaped(way)}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
@@ -774,8 +781,6 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         parts.append(f"{JUMPED} {spans(past)}")
     # what is free from a quick start alone is left out: beside what is ordered it would read as leave
     allowed = _ordered(one, row, "; ".join(filter(None, parts)) or none)
-    if not limits and step is not None and step.next is None:
-        return ends, "not known", allowed  # it sticks to the end of the map
 
     def met(limit: Limit) -> str:
         found = " + ".join(one.responses[name].words for name in limit.responses)
@@ -796,6 +801,11 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         begins = f" above {one.fmt.number(maps.x, float(values[sure[-1]]))}" if sure.size and not is_bounded else ""
         told.append(f"{JUMPED} not known{begins}")
     open_ended = f"none up to {one.fmt.number(maps.x, float(values[-1]))}"
+    is_open, sticks_on = _is_open(one, row), step is not None and step.next is None  # to the end of the map
+    if sticks_on and (not limits or not (is_open or maps.allowed[number, row].any())):
+        told, is_free = [], "not free" if not quick.any() else "not free when brought up"
+        last = one.fmt.number(maps.x, float(values[-1]))
+        open_ended = "not known" if is_open else f"{is_free} up to {last}, where the map ends"
     text = ", ".join(told) or open_ended
     # of a quick start, what lies above what bounds what is brought up
     of_starts, begin = limits_of_starts(one.whole, number, row), open_to_starts(one.whole, number, row)
@@ -833,7 +843,7 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
 def _of_model(one: Sheet) -> list[str]:
     """What the model leaves out of the string, which the page always tells."""
     of_string = [*of_drag(one.window), *of_lumped(one.window, one.units)]
-    return [*of_unmodelled(one.window, one.fmt), *of_smoothing(one.window, one.fmt), *of_string]
+    return [*of_unmodelled(one.window, one.fmt), *of_string]
 
 
 def _told_of_trials(one: Sheet) -> list[str]:

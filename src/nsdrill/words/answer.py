@@ -22,7 +22,6 @@ from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, Trials
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import (
     DAMPING,
-    DRY_FRICTION,
     ENDS_EARLY,
     FEW,
     LUMPED_STRING,
@@ -315,7 +314,6 @@ def _of_setting(summary: Answer, point: Answer | None, fmt: Formatter, decisive:
     yield from [] if _is_held(tried) else unknown_end_text(summary)
     yield from [] if tried is not None and tried.is_tried(OFF_ROCK) else _of_bounces(summary, point, fmt)
     yield from decisive
-    yield from of_smoothing(summary, fmt)
     yield from _of_low_side(summary)
     yield from _of_gaps(summary, fmt) if is_across and not is_jumped else ()
     yield from stuck_through_text(summary, fmt) if _is_stuck_through(summary) else ()
@@ -417,9 +415,10 @@ def of_lumped(summary: Answer, units: str) -> Iterator[str]:
 def of_drag(summary: Answer) -> Iterator[str]:
     """That the string of an inclined hole rubs nowhere along it."""
     if summary["drag_left_out"]:
+        weights = "weights hold at the bit, where less comes than is slacked off, and " * bool(summary["answer"].point)
         yield (
-            "NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: the torque at the surface is more by "
-            "what rubs there."
+            f"NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: {weights}the torque at the surface "
+            "is more by what rubs there."
         )
 
 
@@ -666,22 +665,6 @@ def _is_decided_by_damping(summary: Answer, point: Answer | None) -> bool:
     one = summary["answer"].stay_within.get("rotary_speed")
     speed = {**summary["fixed"], **point}.get("rotary_speed", math.inf)
     return bool(lasts["now"] < lasts["usual"] > (speed if one is None else min(speed, one.low)))
-
-
-def of_smoothing(summary: Answer, fmt: Formatter) -> Iterator[str]:
-    """That by dry friction stick-slip lasts to where one may stay, which smoothing hides."""
-    more, advice = summary[DRY_FRICTION], summary["answer"]
-    to = advice.sticks_to
-    if not advice.point or more is None or not to or not advice.modelled or math.isinf(to):
-        return
-    one, dry = advice.stay_within.get("rotary_speed"), more * to
-    speed = {**summary["fixed"], **advice.point}.get("rotary_speed", 0.0)
-    if to < (speed if one is None else min(speed, one.low)) <= dry:
-        ends = (fmt.value("rotary_speed", fmt.outwards("rotary_speed", 0.0, end)[1]) for end in (dry, to))
-        yield (
-            "SMOOTHED FRICTION: by dry friction stick-slip, once started, lasts to {}, not to {}: in runs and model "
-            "smoothing lowers the torque at which the bit breaks away. Stay above the former."
-        ).format(*ends)
 
 
 def _of_damping(summary: Answer, point: Answer | None, fmt: Formatter) -> Iterator[str]:

@@ -17,12 +17,7 @@ def left_out_texts(summary: Answer, fmt: Formatter, units: str) -> Iterator[str]
     heaviest, fastest = allowed.get("wob"), allowed.get("rotary_speed")
     weight, second, held = told.get("collar_weight"), told.get("second_mode"), told.get("held_from")
     if weight is not None and heaviest is not None and heaviest > weight:
-        collars = fmt.value("wob", weight) if weight > 0.0 else "nothing, in this mud"
-        yield (
-            f"HEAVIER THAN THE COLLARS: the answer goes to {fmt.value('wob', heaviest)}, and the collars weigh "
-            f"{collars}. The pipe above them is in compression and may buckle, which the model leaves out; usual "
-            "are at most 80 to 90 % of their weight."
-        )
+        yield f"HEAVIER THAN THE COLLARS: {_of_pipe(weight, told.get('pipe_buckles') or weight, heaviest, fmt)}"
     if second is not None and fastest is not None and fastest > NEAR * second:
         yield (
             f"A SECOND BENDING MODE IS LEFT OUT: the span swings in two half waves at "
@@ -36,6 +31,24 @@ def left_out_texts(summary: Answer, fmt: Formatter, units: str) -> Iterator[str]
             f"A BIT THAT STOPS MAY STAY STOPPED from {fmt.value('wob', held['wob'])} on: to break it away takes "
             f"{needed}, and the drive has {available} at most. Take weight off before it stops, or pick up."
         )
+
+
+def _of_pipe(weight: float, buckles: float, heaviest: float, fmt: Formatter) -> str:
+    """To which weight [N] an answer holds that goes to the ``heaviest``, above the ``weight`` of the collars, of a pipe
+    that ``buckles``."""
+    collars = fmt.value("wob", weight) if weight > 0.0 else "nothing, in this mud"
+    goes = f"the answer goes to {fmt.value('wob', heaviest)}, and the collars weigh {collars}."
+    most = fmt.value("wob", buckles)
+    if heaviest <= buckles:
+        return (
+            f"{goes} It holds: the pipe above them is in compression, but in this inclined hole it does not buckle "
+            f"below {most}; its drag and wear are left out."
+        )
+    holds = f"It holds to {most}" if most != collars and buckles > 0.0 else "It holds to that"
+    return (
+        f"{goes} {holds}: above, the pipe over them may buckle, which the model leaves out; usual are at most 80 to "
+        "90 % of their weight."
+    )
 
 
 def _torque(value: float, units: str) -> str:

@@ -37,8 +37,7 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
             return
         lasts, to = first["lasts_to"], "at every speed"
         if not lasts["everywhere"]:
-            speed = lasts["rotary_speed"]
-            to = f"to {fmt.value('rotary_speed', fmt.outwards('rotary_speed', speed, speed)[1])}"
+            to = _to(first, fmt)
         if axis != "rotary_speed" and first["from"] != first["to"]:  # it differs from point to point
             to += f" at {fmt.value(axis, first['to'])}"
         step = f" ({fmt.value(axis, first['step'])})" if first["step"] else ""
@@ -46,13 +45,24 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         if sticking := found["sticking"]:
             others = "" if sticking == found["points"] else f" {sticking} of"
             free = f"of the sweep,{others} which stick there, at a severity of {summary['severity']} at most"
+        ended = first["met"] and not first["is_dry"]
         some, of = found["started"], "" if summary["confidence"] is None else " in some of the samples"
         started = f", {'all' if some == found['points'] else some} of them when started there only" if some else ""
         yield (
             f"STICK-SLIP MAY LAST at {count(found['points'], 'point')} {free}{of}{started}, as"
             f"{f' at {where},' if where else ''} {fmt.range(axis, [first['from'], first['to']])}: once started it "
-            f"lasts {to}{f', and a step of the sweep{step} ended it' if first['met'] else ''}. They are not allowed."
+            f"lasts {to}{f', and a step of the sweep{step} ended it' if ended else ''}. They are not allowed."
         )
+
+
+def _to(setting: Answer, fmt: Formatter) -> str:
+    """``to 100 rpm``, and up to where the runs can show that, where that is less."""
+    lasts, shown = (setting[name]["rotary_speed"] for name in ("lasts_to", "shown_to"))
+    to, seen = (fmt.value("rotary_speed", fmt.outwards("rotary_speed", one, one)[1]) for one in (lasts, shown))
+    if to == seen:
+        return f"to {to}"
+    runs = f"the smoothed friction of the runs shows it to {seen} only"
+    return f"to {to} by dry friction, and {runs if shown else 'the runs, whose friction is smoothed, do not show it'}"
 
 
 def stuck_through_text(summary: Answer, fmt: Formatter) -> Iterator[str]:

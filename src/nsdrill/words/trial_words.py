@@ -129,6 +129,14 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
     return f"{change.words}, {_effort(change)}, {does}{_poor(change)}"
 
 
+def changed_part(found: Trials | None) -> str:
+    """What the change that helps most is one of: the string, the drive, the weight or the bit; "" where none helps."""
+    best = found.best if found is not None else None
+    if best is None or not best.key:
+        return ""
+    return {"drive": "drive", "weight": "weight", OTHER_BIT: "bit"}.get(best.name, "string")
+
+
 def _effort(change: Change) -> str:
     """What a ``change`` takes; of another bit what the study does not know of it."""
     return "with the friction of the study" if change.name == OTHER_BIT else change.effort.words

@@ -73,6 +73,11 @@ def period_words(seen: Surface) -> str:
     return f" every {floor(seen.least_period * 10.0**digits + 1e-9) / 10.0**digits:g} s or more"
 
 
+def _stick_slip(border: Border) -> str:
+    """Stick-slip at a border, and why the runs do not show it there."""
+    return "stick-slip of dry friction" if border.is_dry else "stick-slip"
+
+
 class Words:
     """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
     a critical speed, by the ``severity`` and the ``confidence`` of the window. Its state was
@@ -714,7 +719,16 @@ class Words:
         surface."""
         if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
             return []
-        return list(self._lines())[:MOST_LINES]
+        told = list(self._lines())[:MOST_LINES]
+        now = self.as_it_is
+        return [f"{now.capitalize()}. {told[0]}", *told[1:]] if now and told else told
+
+    @property
+    def as_it_is(self) -> str:
+        """``string as it is``: of which what the map tells holds, where a change of it is named beside; "" where none
+        is, and of another weight, which the map has."""
+        part = trial_words.changed_part(self.advice.trials)
+        return f"{part} as it is" if part and part != "weight" else ""
 
     def _lines(self) -> Iterator[str]:
         rests = f" {self.rests_on()}"
@@ -807,7 +821,7 @@ class Words:
         if border.grade == Grade.STICKS_ON and border.sticks_to is None:
             return f"{at} steady drilling is unstable"
         if border.grade == Grade.STICKS_ON:
-            return f"{at} stick-slip, once started, {self._to(border.sticks_to)}"
+            return f"{at} {_stick_slip(border)}, once started, {self._to(border.sticks_to)}"
         if border.free_from is not None:
             starts = f"{border.free_from[0]} of {count(border.free_from[1], 'start')}"
             return f"{at} it is free from {starts} only" + (f": from others it {verbs}" if verbs else "")
@@ -823,7 +837,7 @@ class Words:
 
     def _known_of(self, border: Border, verbs: str, down: str) -> str:
         """What is known of a point of which not all is: `` it whirls, and a start there is not known to be safe``."""
-        sticks = f"stick-slip, once started, {self._to(border.sticks_to)}" if border.sticks_to is not None else ""
+        sticks = f"{_stick_slip(border)}, once started, {self._to(border.sticks_to)}" if border.sticks_to else ""
         if not border.is_partly_known:
             return f" nothing is known{f' but that {sticks}' if sticks else ''}"
         if verbs and border.is_met_on_way_in:

@@ -13,7 +13,6 @@ from nsdrill.analysis.graded import SLACK
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_lasts
 from nsdrill.app.check import (
     ShortObservation,
-    dry_friction,
     few_states,
     lasting_motions,
     left_out,
@@ -30,7 +29,6 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.app.usual import far_from_usual
 from nsdrill.data import (
     DAMPING,
-    DRY_FRICTION,
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
@@ -67,7 +65,6 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
-    dry = 0.0
     of_string: list[dict[str, float]] = []
     wall: Answer | None = None
     beyond: Answer = {}
@@ -88,7 +85,6 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
-            dry = dry_friction(part) or 0.0
             of_string = string_by_depth(part)
             lumped = lumped_string(part)
             wall = wall_off_bottom(part)
@@ -104,7 +100,6 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNUSUAL_NUMBERS: unusual,
         LEFT_OUT: json_text(beyond),
         DAMPING: json_text(damping),
-        DRY_FRICTION: float(dry),
         STRING_BY_DEPTH: json_text(of_string),
         LUMPED_STRING: json_text(lumped),
         WALL_OFF_BOTTOM: json_text(wall),

@@ -38,7 +38,7 @@ COLLARS = (3.125, 3.5, 4.125, 4.75, 6.5, 8.0, 9.5, 11.0)  # in, common outer dia
 LARGEST_COLLAR = 0.8  # of the hole
 STRAIGHT = 2e-3  # m, the eccentricity of a collar that has been checked
 CLOSER = (0.75, 0.5)  # of the length between stabilisers
-JOINT, PONY = 30, 15  # ft, of a drill collar, and of one that is cut to half of it
+JOINTS = {"ft": (30.0, 15.0), "m": (9.5, 3.0)}  # of a drill collar, and of a pony collar, which is shorter
 WITH_PONY = " with pony collars"
 STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
@@ -136,6 +136,11 @@ class Changed:
         lightest, heaviest = self.within.get("wob", (0.0, np.inf))
         light = max(wob - HOLDS_WEIGHT, lightest) if wob > HOLDS_WEIGHT else wob
         ends = sorted({min(light, wob), max(min(wob + HOLDS_WEIGHT, heaviest), wob)} - {wob})
+        return self._held_at(change, wob, ends)
+
+    def _held_at(self, change: Change, wob: float, ends: Sequence[float], how: str = "") -> Change:
+        """The ``change`` at its weight ``wob`` and those of the ``ends`` [N] that leave room, as these motions have
+        it; ``how`` is what sets them apart."""
         held, why = {wob}, [change.why] if change.why else []
         unit = "klbf" if self.motions.resolved(self.values).get("units") == "field" else "kN"
         for end, one in zip(ends, self.at_weights(change, ends), strict=True):
@@ -145,7 +150,7 @@ class Changed:
                 held.add(end)
             else:
                 known = "has no room" if one.room is not None else "is not known"
-                why.append(f"at {format_quantity(end, unit, 3)} its way up {known}")
+                why.append(f"at {format_quantity(end, unit, 3)}{how} its way up {known}")
         return replace(change, weights=(min(held), max(held)), why="; ".join(why))
 
     def at_weights(self, change: Change, wobs: Sequence[float]) -> list[Change]:
@@ -155,8 +160,9 @@ class Changed:
         return self._run_at(AS_IT_IS if change.name == "weight" else replace(change, others=()), wobs)
 
     def with_usual_damping(self, change: Change) -> Change:
-        """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up, and whether
-        that leaves room; as it was where the damping of the study is usual, or lower."""
+        """The ``change`` with what it allows as well where torsion is damped as in strings, by one way up at each of
+        the weights to which it is held, and whether that leaves room at its own; as it was where the damping of the
+        study is usual, or lower."""
         study = self.study_of(change)
         damping = damping_of_torsion(study)
         if damping is None or damping.ratio < USUAL or change.widest is None:
@@ -172,8 +178,13 @@ class Changed:
         low, high = change.widest
         both = [narrowed(change, max(low, first), min(high, last)) for first, last in ran.free]
         less = max(map(deepest, both), key=lambda one: one.room or 0.0, default=None)
-        is_left = less is not None and less.has_room
-        return replace(less if is_left and less is not None else change, holds_usual=is_left)
+        if less is None or not less.has_room:
+            return replace(change, holds_usual=False)
+        less = replace(less, holds_usual=True)
+        if change.weights is None:
+            return less
+        wob = self.point(change)[1]["wob"]
+        return usual._held_at(less, wob, sorted({*change.weights} - {wob}), " with a usual damping of torsion")
 
     def study_of(self, change: Change, wobs: Sequence[float] = ()) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
@@ -240,17 +251,15 @@ class Changed:
 
 def closer(span: float, unit: str) -> dict[str, str]:
     """The lengths between stabilisers to which a ``span`` [m] is reduced, as texts in a ``unit``, each with the change
-    in words. In feet they are those that joints of collars make up, with pony collars where joints alone do not."""
-    if unit != "ft":
-        texts = (_rounded(share * span, unit) for share in CLOSER)
-        return {text: f"stabilisers {text} apart" for text in texts}
-    halves = dict.fromkeys(int(share * from_si(span, unit) / PONY + SLACK) for share in CLOSER)
-    return {
-        f"{PONY * number} {unit}": f"stabilisers {PONY * number} {unit} apart"
-        f"{WITH_PONY if PONY * number % JOINT else ''}"
-        for number in halves
-        if number
-    }
+    in words: the greatest that joints of collars make up, with a pony collar where that comes nearer."""
+    joint, pony = JOINTS[unit]
+    found = {}
+    for share in CLOSER:
+        most = share * from_si(span, unit) * (1.0 + SLACK)
+        length, words = max((most // joint * joint, ""), ((most - pony) // joint * joint + pony, WITH_PONY))
+        if length > 0.0:
+            found[f"{length:g} {unit}"] = f"stabilisers {length:g} {unit} apart{words}"
+    return found
 
 
 def _within_free(change: Change, other: Change) -> Change | None:

@@ -3,6 +3,7 @@ mud drives whirl; and what another damping of torsion changes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
 from math import isinf, isnan, prod
@@ -19,7 +20,9 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.data import MUD_DRIVES, Answer, Array, Results, evenly_spaced, resolved_study
 from nsdrill.models.choices import word_at
 from nsdrill.models.damped import KEY, Damping, with_usual
+from nsdrill.models.dry import by_dry
 from nsdrill.models.numbers import FOLD_ERROR
+from nsdrill.models.operation import Values
 from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import values_at, values_in_parts
 from nsdrill.models.registry import checks_of
@@ -34,11 +37,12 @@ MOST_DRAWN = 8  # samples in which it is asked where it is not known in which it
 
 def stick_slip_lasts(results: Results) -> Answer | None:
     """Up to which set speeds [rad/s] stick-slip may last, once it is there, at the settings of
-    the results, by the checks of their model; of many starts the same for each of them.
+    the results, by the checks of their model, of dry friction where that is known; of many starts the same for each
+    of them.
 
-    ``over`` names the dimensions of the settings, and ``unstable_to`` and ``lasts_to``
-    have a number for each setting, the last dimension fastest, ``every`` where there is
-    no end, and null where it is not known: nowhere where the checks do not tell it, and of
+    ``over`` names the dimensions of the settings, and ``unstable_to``, ``lasts_to`` and ``shown_to``, up to which
+    runs with smoothed friction may show it, have a number for each setting, the last dimension fastest, ``every``
+    where there is no end, and null where it is not known: nowhere where the checks do not tell it, and of
     very many settings. ``from_rest`` says whether the bit is held at the start, and ``by_start``,
     which stands only where it is so, that one that came free tells nothing of others."""
     if SPEED not in results.axes:
@@ -52,7 +56,7 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     limits = sticking_limits(study.model)
     is_many = prod(len(results.coords[name]) for name in over) > MOST_SETTINGS
     if limits is None or is_many or SPEED in results.uncertain:
-        return {"over": [], "unstable_to": [None], "lasts_to": [None], **held}
+        return {"over": [], "unstable_to": [None], "lasts_to": [None], "shown_to": [None], **held}
     keys, settings = {axis.name: axis.key for axis in results.more}, []
     for place in product(*(range(len(results.coords[name])) for name in others)):
         at = {name: float(results.coords[name][k]) for name, k in zip(others, place, strict=True) if name != SAMPLE}
@@ -61,13 +65,13 @@ def stick_slip_lasts(results: Results) -> Answer | None:
             drawn = {unknown.key.removeprefix("operation."): one for unknown, one in results.drawn.items()}
             at |= {key: float(values[place[-1]]) for key, values in drawn.items()}
         settings.append(tuple(at.items()))
-    found = [one or (None, None) for one in _lasts_at(str(results.attrs["study_resolved"]), tuple(settings))]
+    found = _lasts_at(str(results.attrs["study_resolved"]), tuple(settings))
 
     def told(value: float | None) -> float | str | None:
         return EVERY if value is not None and isinf(value) else value
 
-    unstable, lasts = ([told(one) for one in part] for part in zip(*found, strict=True))
-    return {"over": over, "unstable_to": unstable, "lasts_to": lasts, **held}
+    names = ("unstable_to", "lasts_to", "shown_to")
+    return {"over": over, **{name: [told(one[name]) for one in found] for name in names}, **held}
 
 
 def _depends_on_start(study: Study, results: Results) -> bool:
@@ -121,17 +125,21 @@ def _study(text: str) -> Study:
 
 
 @lru_cache(maxsize=4)  # every answer of a file asks for the same ones
-def _lasts_at(
-    text: str, settings: tuple[tuple[tuple[str, float], ...], ...]
-) -> list[tuple[float, float | None] | None]:
+def _lasts_at(text: str, settings: tuple[tuple[tuple[str, float], ...], ...]) -> list[dict[str, float | None]]:
     """The speeds of these settings of the resolved study of this ``text``."""
     study = _study(text)
     limits = sticking_limits(study.model)
     assert limits is not None
-    found: list[tuple[float, float | None] | None] = limits(
-        [values_at(study.parameters, study.initial, dict(at)) for at in settings]
-    )
-    return found
+    unstable: list[float | None] = []
+
+    def lasting(values: Sequence[Values]) -> list[float | None]:
+        found = limits(values)
+        unstable.extend(ends and ends[0] for ends in found)
+        return [ends and ends[1] for ends in found]
+
+    shown, lasts = by_dry(lasting, [values_at(study.parameters, study.initial, dict(at)) for at in settings])
+    ends = zip(unstable, lasts, shown, strict=False)  # behind them those of dry friction
+    return [dict(zip(("unstable_to", "lasts_to", "shown_to"), one, strict=True)) for one in ends]
 
 
 def damping_of_torsion(results: Results) -> Answer | None:
@@ -198,7 +206,7 @@ def _folds(
         for wob in weights
         for drawn in numbers
     ]
-    found_at = folds([*now, *(with_usual(values, found) for values in now)])
+    _, found_at = by_dry(folds, [*now, *(with_usual(values, found) for values in now)])
     speeds = FOLD_ERROR * np.array([float(one or 0.0) for one in found_at]).reshape(2, len(weights), len(numbers))
     highest: list[list[float]] = speeds.max(axis=2).tolist()  # NaN where one is not known
     return [

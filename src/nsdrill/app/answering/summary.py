@@ -22,6 +22,7 @@ from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.planes import judges
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measured_values
+from nsdrill.analysis.sticking import ENDS
 from nsdrill.analysis.unstable import unstable
 from nsdrill.data import (
     ENDS_EARLY,
@@ -159,7 +160,8 @@ def _summarize_results(results: Results) -> Answer:
 def directions(results: Results, along: str | None = None) -> list[Answer]:
     """The intervals of :func:`nsdrill.analysis.hysteresis.hysteresis`; those along the speed in which
     stick-slip is met in one direction only have ``by_model``, where the model tells it: the set speeds
-    below which steady drilling is unstable, and up to which stick-slip may last, null without an end."""
+    below which steady drilling is unstable, up to which stick-slip may last, and up to which the friction of the
+    runs can show it, null without an end."""
     rows = hysteresis(results, along)
     sticks = [row for row in rows if row["axis"] == "rotary_speed" and "stick_slip" in row["differs"]]
     lasts = None
@@ -172,7 +174,7 @@ def directions(results: Results, along: str | None = None) -> list[Answer]:
     for row in sticks:
         place = [results.coords[name].tolist().index(row[name]) for name in lasts["over"]]
         number = int(np.ravel_multi_index(place, lengths)) if place else 0
-        speeds = {name: lasts[name][number] for name in ("unstable_to", "lasts_to")}
+        speeds = {name: lasts[name][number] for name in ENDS}
         if None not in speeds.values():
             row["by_model"] = {name: speed if isinstance(speed, float) else None for name, speed in speeds.items()}
     return rows

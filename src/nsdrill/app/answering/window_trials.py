@@ -202,7 +202,7 @@ def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int,
     its setting has no room in what is left, or trials take it away, the setting moves to the :func:`deepest` speed of
     that, and is tried there.
     None where trials were interrupted."""
-    change = changed.held_in_weight(changed.with_usual_damping(change))
+    change = changed.with_usual_damping(changed.held_in_weight(change))
     for left in reversed(range(MOST_SETTINGS)):
         tried = _tried_at(change, changed, speeds, workers, told)
         if tried is None or (tried.has_room and tried.is_sound):

@@ -27,6 +27,7 @@ from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.unusual import (
     added_mass_of_hole,
     least_collar_weight,
+    pipe_buckles_from,
     second_mode,
     slowest_second_mode,
 )
@@ -115,7 +116,8 @@ def _at(operation: Operation) -> tuple[float, float, float]:
 def left_out(corners: list[Values]) -> dict[str, float | None]:
     """As that of the lumped string."""
     first_mode = [Corner(_lumped(corner)) for corner in corners]
-    return {"collar_weight": least_collar_weight(first_mode), "second_mode": _left_out_mode(first_mode, corners)}
+    of_weight = {"collar_weight": least_collar_weight(first_mode), "pipe_buckles": pipe_buckles_from(first_mode)}
+    return {**of_weight, "second_mode": _left_out_mode(first_mode, corners)}
 
 
 def _left_out_mode(first_mode: list[Corner], corners: list[Values]) -> float | None:

@@ -42,6 +42,7 @@ from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import (
     least_collar_weight,
     lumped_above_wave,
+    pipe_buckles_from,
     slowest_second_mode,
     unusual,
 )
@@ -310,9 +311,11 @@ def unread(parameters: Parameters) -> frozenset[str]:
 
 def left_out(corners: list[Values]) -> dict[str, float | None]:
     """From where on the string does what this model leaves out: the ``collar_weight`` [N], above
-    which the pipe is in compression, and the ``second_mode`` [rad/s] of the span."""
+    which the pipe is in compression, the weight [N] from which the ``pipe_buckles``, and the ``second_mode`` [rad/s]
+    of the span."""
     points = [Corner(each) for each in corners]
-    return {"collar_weight": least_collar_weight(points), "second_mode": slowest_second_mode(points)}
+    of_weight = {"collar_weight": least_collar_weight(points), "pipe_buckles": pipe_buckles_from(points)}
+    return {**of_weight, "second_mode": slowest_second_mode(points)}
 
 
 def _on_low_side(corners: list[Corner]) -> str | None:

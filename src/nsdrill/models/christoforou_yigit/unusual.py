@@ -19,7 +19,12 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     lift_off_wob,
     lobe_resonance,
 )
-from nsdrill.models.christoforou_yigit.further_quantities import lateral_frequencies, pipe_tube, torsional_waves
+from nsdrill.models.christoforou_yigit.further_quantities import (
+    lateral_frequencies,
+    pipe_tube,
+    sinusoidal_load,
+    torsional_waves,
+)
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.numbers import LUMPED, FormatValue
@@ -209,6 +214,18 @@ def least_collar_weight(corners: list[Corner]) -> float | None:
     """The least weight [N] of the collars in mud of holes in which they press on the bit; None
     where there are none."""
     return min((held for _, held in _weights(corners)), default=None)
+
+
+def pipe_buckles_from(corners: list[Corner]) -> float | None:
+    """The least weight [N] from which the pipe above the collars buckles: what they weigh, and the load at which a
+    pipe on the low side of an inclined hole becomes a sinusoid; None where there are none."""
+    found = []
+    for corner in corners:
+        parameters, inclination = corner.parameters, float(corner.parameters.well.inclination)
+        if inclination < LYING and (weight := collar_weight(parameters)) is not None:
+            held = sinusoidal_load(pipe_tube(parameters, float(corner.operation.depth)), inclination)
+            found.append(weight + (held if math.isfinite(held) else 0.0))
+    return min(found, default=None)
 
 
 def _weights(corners: list[Corner]) -> list[tuple[float, float]]:
