@@ -78,9 +78,10 @@ def test_a_sampled_study_is_judged_by_its_samples_alone():
     assert alone > left_out(study_of())["collar_weight"] * 100 / 60 * 0.999
 
 
-def texts_of(told, point, stay_within):
+def texts_of(told, point, stay_within, ranges=None):
     advice = Advice(Kind.FROM_BELOW, point=point, stay_within=stay_within)
     summary = {LEFT_OUT: told, "answer": advice, "fixed": {"depth": 1000.0}, "model": "christoforou_yigit"}
+    summary["ranges"] = ranges or {}
     return list(left_out_texts(summary, Formatter("si"), "si"))
 
 
@@ -129,6 +130,12 @@ def test_an_inclined_hole_holds_the_pipe_that_a_vertical_one_does_not():
     load = 2 * math.sqrt(steel.young_modulus * inertia * weight * 0.5 / clearance)
     assert inclined["collar_weight"] == pytest.approx(upright["collar_weight"] * math.cos(math.pi / 6))
     assert inclined["pipe_buckles"] - inclined["collar_weight"] == pytest.approx(load, rel=0.01)
+
+
+def test_the_second_mode_is_told_wherever_it_takes_points_of_the_map():
+    (text,) = texts_of({"second_mode": 20.0}, {}, {}, {"rotary_speed": [5.0, 18.5]})
+    assert "nothing above 18 rad/s" in text
+    assert texts_of({"second_mode": 20.0}, {}, {}, {"rotary_speed": [5.0, 17.5]}) == []
 
 
 def test_check_tells_the_second_mode_of_a_model_of_one():

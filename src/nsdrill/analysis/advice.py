@@ -27,6 +27,7 @@ from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.sticking import from_rest
 from nsdrill.analysis.trials import Trial, Trials
 from nsdrill.analysis.trials import data_of as data_of_trials
+from nsdrill.analysis.unmodelled import first_unmodelled
 from nsdrill.analysis.untried import (
     Jump,
     between_gaps,
@@ -98,6 +99,8 @@ class Border:
     whether it is free; the responses are those of the known ones."""
     is_met_on_way_in: bool = False
     """Of such a point whether the responses are those on the way in."""
+    is_unmodelled: bool = False
+    """Whether it is not known as the model leaves out a motion that the string has there."""
     free_from: tuple[int, int] | None = None
     """Of a point that is free from some of many starts only: from how many, of how many."""
 
@@ -902,7 +905,14 @@ def _border(
         is_partly_known=is_partly,
         is_met_on_way_in=is_partly and on_way_in,
         free_from=_free_starts(maps, there) if grade == Grade.FROM_SOME else None,  # type: ignore[arg-type]
+        is_unmodelled=grade == Grade.UNKNOWN and _is_unmodelled(maps, there),  # type: ignore[arg-type]
     )
+
+
+def _is_unmodelled(maps: Graded, cell: Cell) -> bool:
+    """Whether a cell lies where the model leaves out a motion of the string."""
+    first = first_unmodelled(maps.results)
+    return first is not None and np.isfinite(_speed(maps, cell)) and _speed(maps, cell) > first
 
 
 def _border_outside(
@@ -1555,6 +1565,7 @@ FLAGS = (
     "is_on_wall",
     "is_partly_known",
     "is_met_on_way_in",
+    "is_unmodelled",
 )  # of a border, given where they hold
 
 

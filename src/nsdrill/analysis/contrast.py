@@ -17,7 +17,7 @@ from nsdrill.models.choices import in_words
 from nsdrill.models.responses import Response
 
 # what lies beyond an end that is no border: the sweep ends there, or a run is not known
-NO_BORDER = ("edge", "outside", "failed", "pending", "open", "unknown")
+NO_BORDER = ("edge", "outside", "failed", "pending", "open", "unknown", "unmodelled")
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
 

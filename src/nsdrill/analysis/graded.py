@@ -16,6 +16,7 @@ from nsdrill.analysis.histories import Grade, Label, as_known, is_allowed, of_st
 from nsdrill.analysis.planes import Cell, along_axis, axes_or_refusal, mean_known, planes_of
 from nsdrill.analysis.probability import effective_number, independent, interval
 from nsdrill.analysis.safety import barring, known_runs
+from nsdrill.analysis.unmodelled import unmodelled
 from nsdrill.data import WITHIN, Array, Results
 from nsdrill.models.registry import responses_in
 from nsdrill.records import dataclass
@@ -111,6 +112,12 @@ class Graded:
         """Which points were run, [third, y, x], and not inferred from their neighbours."""
         inferred = self.results["status"] == INFERRED
         return ~np.asarray(planes_of(self.results, self.x, self.y, self.third)(inferred).any(axis=-1))
+
+    @cached_property
+    def unmodelled(self) -> Array:
+        """Which points lie where the model leaves out a motion of the string, [third, y, x]."""
+        planes = planes_of(self.results, self.x, self.y, self.third)
+        return np.asarray(planes(unmodelled(self.results)[None]).any(axis=-1))
 
     @cached_property
     def may_be(self) -> Array:
@@ -245,6 +252,9 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
 
     along = carried_axis(results)
     labels = worlds(labels_of(results, severity))
+    # a run that came free where the model leaves a motion out tells nothing
+    is_untold = worlds(unmodelled(results)[None])
+    labels = np.where(is_untold & (labels >= Label.TOUCHING), Label.OPEN, labels)
     bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     bars = bits if severity is None else worlds(barring(results, severity))
     found = sticking_of(results, severity)

@@ -11,10 +11,11 @@ from dataclasses import astuple
 import numpy as np
 
 from nsdrill.analysis.counts import after_failure, carried_axis, known
-from nsdrill.analysis.histories import Label, Ways, is_allowed
+from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed
 from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import DECIDING, known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
+from nsdrill.analysis.unmodelled import unmodelled
 from nsdrill.data import LASTING_MOTIONS, LASTING_UNTOLD, MUD_DRIVES, Answer, Array, Results, resolved_study
 from nsdrill.errors import count
 from nsdrill.models.registry import responses_in
@@ -70,6 +71,8 @@ def grades_of(results: Results, severity: int | None = None) -> Array:
         whole, axis, chosen = results.part_of
         return np.take(grades_of(whole, severity), chosen, axis=whole.axes.index(axis))
     found = _grades_at(results, severity)
+    # a run that came free where the model leaves a motion out tells nothing
+    found = np.where(unmodelled(results) & (found > Grade.CRITICAL), Grade.UNKNOWN, found)
     if severity is None:
         return found
     less = severity - 1 if severity > 0 else None

@@ -146,7 +146,8 @@ def limits_of_starts(maps: Graded, number: int, row: int) -> list[Limit]:
     quick, allowed, values = started_only(maps)[number, row], maps.allowed[number, row], maps.values(maps.x)
     found: list[Limit] = []
     for first in (np.flatnonzero(quick[:-1] & ~allowed[1:]) + 1).tolist():
-        bits = next(filter(None, (int(maps.bits_on(way)[number, row, first]) for way in ("same", maps.way_in))), 0)
+        ways = ("same",) if maps.unmodelled[number, row, first] else ("same", maps.way_in)
+        bits = next(filter(None, (int(maps.bits_on(way)[number, row, first]) for way in ways)), 0)
         step = Step(float(values[first - 1]), float(values[first]))
         names = names_of(bits, responses_in(maps.results.attrs))
         found.append(Limit(step, Grade(int(maps.grade[number, row, first])), names))

@@ -321,12 +321,12 @@ def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe: at how many each response occurs, None of one that these
     results cannot show."""
     unseen, inside = unseen_responses(maps.results.attrs), _inside(maps)
-    unknown = (maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run)
+    untold = (maps.state == UNKNOWN) & maps.grades.unmodelled & ~maps.failed
+    unknown = (maps.state == UNKNOWN) & (maps.failed | maps.grades.was_run) & ~untold
     return {
+        "unknown_unmodelled": int(np.count_nonzero(untold & inside)),
         "unknown_failed": int(np.count_nonzero(unknown & inside)),
-        "unknown_elsewhere": int(
-            np.count_nonzero((maps.state == UNKNOWN) & maps.grades.was_run & _is_known(maps.grades) & inside)
-        ),
+        "unknown_elsewhere": int(np.count_nonzero(unknown & maps.grades.was_run & _is_known(maps.grades) & inside)),
         "obstacles": {
             name: None if name in unseen else int(np.count_nonzero((maps.bits & one.bit > 0) & inside))
             for name, one in told_responses(maps.results.attrs).items()
@@ -442,7 +442,8 @@ def unknown_words(summary: Answer) -> str:
     severity``."""
     elsewhere = summary["unknown_elsewhere"]
     failed = summary["unknown_failed"] - elsewhere
-    inferred = summary["unknown"] - summary["unknown_failed"]
+    untold = summary["unknown_unmodelled"]
+    inferred = summary["unknown"] - summary["unknown_failed"] - untold
     causes = {
         "failed": summary["failed"],
         "not run yet": summary["pending"],
@@ -454,6 +455,7 @@ def unknown_words(summary: Answer) -> str:
     why = f"{', '.join(head)} or {last}" if head else last
     others = f"{elsewhere} left open by runs at other points" + ("" if failed else f" ({why})")
     told = [f"{failed} {why}"] * bool(failed) + [others] * bool(elsewhere)
+    told += [f"{untold} with a motion that the model leaves out"] * bool(untold)
     return ", ".join(told + [f"{inferred} inferred, without a severity"] * bool(inferred))
 
 
@@ -622,6 +624,8 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if maps.grades.outside is not None and maps.grades.outside[cell]:
         why = "outside"
+    elif why == "unknown" and maps.grades.unmodelled[cell] and not maps.failed[cell]:
+        why = "unmodelled"
     elif why == "unknown" and (maps.failed[cell] or maps.grades.was_run[cell]):
         why = _why_unknown(maps, cell)
     elif bits == 0 and maps.distrusted[cell]:

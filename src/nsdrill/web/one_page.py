@@ -284,7 +284,7 @@ def _without_trip(tried: Trials) -> Change | None:
     return max(found, key=lambda one: one.rank, default=None)
 
 
-OF_KEYS = {"simulation.observe": "the observation", "simulation.transient": "the transient"}
+OF_KEYS = {"beam.modes": "beam.modes", "simulation.observe": "the observation", "simulation.transient": "the transient"}
 KEY = re.compile(r"\b[a-z]{3,}(?:\.[a-z_]+)+\b")
 DIGEST = re.compile(r"model digest \S+ there, \S+ here")
 

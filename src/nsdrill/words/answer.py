@@ -159,6 +159,7 @@ def obstacle_words(why: str, responses: Iterable[str], model: str = MODEL) -> st
         "open": "nothing is known",
         "unknown": "no severity is known",
         "outside": "not drilled",
+        "unmodelled": "a motion that the model leaves out",
     }
     if why == "outside":
         return ", ".join(filter(None, (words[why], response_words(responses, model))))
@@ -381,7 +382,7 @@ def _of_map(
             f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
             f"{'counts' if is_one else 'count'} as not safe."
         )
-    if inferred := summary["unknown"] - summary["unknown_failed"]:
+    if inferred := summary["unknown"] - summary["unknown_failed"] - summary["unknown_unmodelled"]:
         yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if not summary["history_examined"]:
         yield (

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from nsdrill.analysis.unmodelled import NEAR
 from nsdrill.data import LEFT_OUT, Answer
 from nsdrill.quantity import in_system, sign
 from nsdrill.words.values import Formatter
-
-NEAR = 0.9  # of the frequency of the second mode: from there on it is told
 
 
 def left_out_texts(summary: Answer, fmt: Formatter, units: str) -> Iterator[str]:
@@ -18,12 +17,12 @@ def left_out_texts(summary: Answer, fmt: Formatter, units: str) -> Iterator[str]
     weight, second, held = told.get("collar_weight"), told.get("second_mode"), told.get("held_from")
     if weight is not None and heaviest is not None and heaviest > weight:
         yield f"HEAVIER THAN THE COLLARS: {_of_pipe(weight, told.get('pipe_buckles') or weight, heaviest, fmt)}"
-    if second is not None and fastest is not None and fastest > NEAR * second:
+    if second is not None and summary["ranges"].get("rotary_speed", (0.0, fastest or 0.0))[1] > NEAR * second:
         yield (
             f"A SECOND BENDING MODE IS LEFT OUT: the span swings in two half waves at "
-            f"{fmt.value('rotary_speed', second)}, and the answer goes to {fmt.value('rotary_speed', fastest)}. Near "
-            "that speed, also on the way in, the collar may reach the wall though no run did. The model beam has that "
-            "mode with beam.modes: 2."
+            f"{fmt.value('rotary_speed', second)}. Near that speed the collar may reach the wall though no run does: "
+            f"nothing above {fmt.value('rotary_speed', NEAR * second)} is allowed. The model beam has that mode with "
+            "beam.modes: 2."
         )
     if held is not None and heaviest is not None and heaviest >= held["wob"]:
         needed, available = (_torque(held[name], units) for name in ("needed", "available"))

@@ -829,6 +829,8 @@ class Words:
             return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
             return f"{at} it is free from below only" + (f": {down} it {verbs}" if verbs else "")
+        if border.is_unmodelled:
+            return f"{at} a second bending mode, which the model leaves out, is near"
         if border.grade == Grade.UNKNOWN:
             return f"{at}{self._known_of(border, verbs, down)}"
         if border.grade == Grade.BORDERLINE:
