@@ -1044,6 +1044,19 @@ class Words:
             at = found.at
         return f"{self.fmt.named(found.axis, self.fmt.value(found.axis, at))}{self._only_at()}"
 
+    def _lowered_range(self) -> str:
+        """Where runs that were lowered were free: ``20 to 24.5 rpm``, which is what was run."""
+        found = self.advice.recover
+        assert found is not None
+        assert found.at is not None
+        low = found.at if found.free_to is None else found.free_to
+        at = self.fmt.range_inwards(found.axis, low, found.at) if low < found.at else self.fmt.value(found.axis, low)
+        return f"{self.fmt.named(found.axis, at)}{self._only_at()}"
+
+    def _did(self, responses: Iterable[str]) -> str:
+        """What runs did with these responses: ``met bit-bounce and stick-slip``."""
+        return f"met {listed([self.responses[name].words for name in responses])}"
+
     def _only_at(self) -> str:
         """At which value of the other axis alone a vibration ends there: `` at width 2``."""
         found = self.advice.recover
@@ -1056,14 +1069,25 @@ class Words:
         found = self.advice.recover
         assert found is not None
         assert bound.value is not None
-        return self.fmt.value(found.axis, bound.value)
+        beside = "" if bound.beside is None else f" at {self.fmt.named(bound.beside[0], self.fmt.value(*bound.beside))}"
+        return f"{self.fmt.value(found.axis, bound.value)}{beside}"
 
     def not_below(self) -> str:
-        """What bounds the speed to which a vibration is lowered: ``, but not to 30 rpm, where it sticks``."""
+        """What bounds the speed to which a vibration is lowered: ``, but not to 30 rpm, where it sticks``; and where
+        it leaves no room to hold that speed."""
         found = self.advice.recover
-        if found is None or found.bound is None:
+        if found is None or found.at is None:
             return ""
-        return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
+        held = "" if found.held_to is None else self.fmt.value(found.axis, found.held_to)
+        room = f" (no room for the {held} to which it is held)" if held else ""
+        if found.bound is not None:
+            return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}{room}"
+        if not held:
+            return ""
+        if found.free_to is None or found.free_to == found.at:
+            return f", but not below it, as no run here was lower{room}"
+        low = self.fmt.outwards(found.axis, found.free_to, found.free_to)[1]
+        return f", but not below {self.fmt.value(found.axis, low)}, as no run here was lower{room}"
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
@@ -1093,8 +1117,8 @@ class Words:
         if found.by_trial and not self.may_stay_on_wall():
             return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
-            below = "" if found.bound is not None else " and below"
-            return f"runs lowered to {self.lowered_to()}{below} were free"
+            text = f"runs lowered to {self._lowered_range()} were free"
+            return f"{text}, those brought up there {self._did(found.raised)}" if found.raised else text
         who = "what a knock started in a trial" if found.by_trial else "what the map met"
         return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
