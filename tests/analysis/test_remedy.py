@@ -9,13 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsdrill.analysis.advice import Recovery, data_of
+from nsdrill.analysis.advice import Kind, Recovery, data_of
+from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.graded import graded
 from nsdrill.analysis.histories import Label
 from nsdrill.analysis.room import tolerance
+from nsdrill.analysis.trials import SPEED_FIRST, TAGGED, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window
 from nsdrill.data import STICKS_TO, Results, json_text
-from nsdrill.words.answer import words_of
+from nsdrill.words.answer import needed_for_words, words_of
+from nsdrill.words.orders import Orders
 
 from .grids import grid
 
@@ -126,3 +129,64 @@ def test_no_remedy_is_bound_by_what_is_free_in_all_runs_that_were_lowered(seed):
         assert " and below" not in text
         for low, high in re.findall(r"lowered to ([\d.]+) to ([\d.]+) rpm", text):
             assert speeds[0] / RPM - 1e-6 <= float(low) < float(high) <= found.at / RPM + 1e-6
+
+
+ORDERED = (
+    "Never exceed",
+    "Do not exceed",
+    "come in again",
+    "as above",
+    "ower to ",
+    "Known to",
+    "start again",
+    "stay at",
+)
+
+
+def withdrawing(rng: np.random.Generator, is_tagged: bool) -> Trials:
+    """Trials of which no way in, or of a setting without room no tag, ends free."""
+    way_out = Outcome.FREE if is_tagged else Outcome.VIBRATES
+    met = () if is_tagged else ("whirl",)
+    found = [
+        Trial(name, Way.IN, way_out, met, rate=rate) for name in (WEIGHT_FIRST, SPEED_FIRST) for rate in (0.1, 1.0)
+    ]
+    if is_tagged:
+        found.append(Trial(TAGGED, Way.EXCURSION, Outcome.VIBRATES, ("bit_bounce",), speed=1.0))
+    return Trials(tuple(found), set_down=(5.0, 20.0), held=(0.0, 120.0))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_nothing_is_ordered_beside_a_withdrawal(seed):
+    """Nor of a setting to which no way in is known: neither in the text, nor in the orders, nor in the data."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(6, 14))
+    lines = {way: "".join(rng.choice(list("....bswB"), count)) for way in ("up", "down", "same")}
+    results = row(float(rng.choice([2.0, 5.0, 10.0])), first=40.0, **lines)
+    summary = find_window(results)
+    advice = summary["answer"]
+    if advice.cell is None or advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+        return
+    found = confirmed(advice, withdrawing(rng, bool(advice.narrow and rng.random() < 0.5)))
+    assert found.is_withdrawn
+    for one in (found, advice):
+        if not one.is_without_way_in:
+            continue
+        words = Orders(*needed_for_words({**summary, "answer": one}, "field"))
+        said = [*words.lines(), *words.do(), *words.to_confirm(), *words.do_not()]
+        assert not [text for text in said for order in ORDERED if order in text]
+        assert words.exceed("rotary_speed") is None
+        data = data_of(one, "rotary_speed")
+        assert (data["never_exceed"], data["known_to"], data["recover"]) == (None, None, None)
+        assert (data["limits"], data["most"]) == ({}, {})
+        assert not (one.is_withdrawn and (data["stay_within"] or data["basis"]))
+
+
+def test_a_remedy_of_a_setting_to_which_no_way_in_is_known_comes_in_nowhere():
+    results = row(5.0, first=40.0, up="ss.....b", down="...bbbbb")
+    summary = find_window(results)
+    assert "come in again as above" in " ".join(words_of(summary, "field").lines())
+    found = confirmed(summary["answer"], withdrawing(np.random.default_rng(0), is_tagged=False))
+    lines = words_of({**summary, "answer": found}, "field").lines()
+    assert "If it bounces: pick up and stop the rotation." in lines
+    assert not [line for line in lines if "Never exceed" in line or "Rests on" in line]

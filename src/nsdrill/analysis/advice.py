@@ -413,14 +413,21 @@ class Advice:
         return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
 
     @property
+    def is_without_way_in(self) -> bool:
+        """Whether no way in to it can be relied on: trials withdrew it, or none is known. Then nothing is ordered
+        beside that: nothing never to exceed, and nothing that ends a vibration and comes in again."""
+        way = self.way_in
+        return self.is_withdrawn or self.is_unreached or (way is not None and way.first == First.NONE)
+
+    @property
     def ends(self) -> dict[str, tuple[float, float]]:
         """The ends of what to stay within along each axis, and of the depths over which it holds."""
         found = {axis: (one.low, one.high) for axis, one in self.stay_within.items()}
         return found if self.depths is None else {**found, "depth": (self.depths.first, self.depths.last)}
 
     def never_exceed(self, axis: str) -> float | None:
-        """The last allowed value of a setting; None where the map ends first."""
-        limit = self.most.get(axis)
+        """The last allowed value of a setting; None where the map ends first, or where nothing is ordered."""
+        limit = None if self.is_without_way_in else self.most.get(axis)
         return None if limit is None or limit.beyond.value is None else limit.value
 
 
@@ -1447,7 +1454,11 @@ def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
 def data_of(advice: Advice, along: str) -> Answer:
     """The answer of a window whose first axis is ``along`` as plain data: values stand
     under the name of their axis, or beside it, so that they can be given in any
-    units."""
+    units. What is not ordered is left out."""
+    if advice.is_without_way_in:
+        advice = replace(advice, most={}, recover=None)
+    if advice.is_withdrawn:  # what the map allows is nothing to stay within
+        advice = replace(advice, stay_within={}, basis=None)
     found: Answer = asdict(advice)
     found.pop("cell")
     found["sticks_to"] = speed_of(advice.sticks_to)

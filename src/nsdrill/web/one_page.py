@@ -547,6 +547,8 @@ def _exceed(one: Sheet) -> tuple[str, str]:
     if one.orders.is_withdrawn:
         doing = "to drill by" if one.drills else "recommended"
         return "none", f"of this map is {doing}: at {one.orders.setting()} {one.orders.why_withdrawn()}"
+    if one.advice.is_without_way_in:
+        return "not known", f"a way in to {one.orders.setting()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return one.fmt.named(one.maps.x, most[0]), f"never exceed: {most[1]}"
     last = one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1]))

@@ -185,7 +185,9 @@ class Orders(Words):
 
     def _remedy(self) -> str:
         """What ends stick-slip within the limits: less weight, or more speed; "" where they leave
-        neither."""
+        neither, or where no way in is known."""
+        if self.advice.is_without_way_in:
+            return ""
         weight, speed = (self.advice.stay_within.get(axis) for axis in ("wob", "rotary_speed"))
         parts = [] if weight is not None else ["take weight off"]
         if weight is not None and weight.low < self.advice.point["wob"]:
@@ -210,6 +212,8 @@ class Orders(Words):
         is_told = seen is not None and seen.torque is not None and seen.sticking is not None
         is_told &= self.advice.kind != Kind.HINT
         other = f"If it vibrates{' otherwise' if is_told else ''}: {self.again}."
+        if self.advice.is_without_way_in:
+            return other
         lowered = self.lowered()
         lasts = found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered))
         if lasts or self.may_not_slow():
@@ -249,6 +253,9 @@ class Orders(Words):
         if advice.grade == Grade.FROM_SOME:
             doing = "drill" if self.drills else "work"
             yield f"Do not {doing} by this page: at no setting do all starts end free of vibration."
+            return
+        if advice.is_without_way_in:
+            yield f"Do not {'drill at' if self.drills else 'use'} {self.setting()}: no way in to it is known."
             return
         if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
             yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."

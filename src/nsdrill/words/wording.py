@@ -36,6 +36,7 @@ from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, of_severity
 MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
+STOP, END = "pick up and stop the rotation", "stop"  # where no way in is known: of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
@@ -765,7 +766,7 @@ class Words:
         """``Rests on 30 settings every 5 rpm and 2 klbf, none between; 12 inferred, not run.``: what
         stands behind what to stay within; "" where that is no range."""
         found = self.advice.basis
-        if found is None:
+        if found is None or self.is_withdrawn:
             return ""
         steps = [
             self.fmt.steps(axis, *found.steps[axis]) + ("" if axis in ORDER else f" of {self.fmt.name(axis)}")
@@ -778,9 +779,9 @@ class Words:
     def exceed(self, axis: str) -> tuple[str, str] | None:
         """What never to exceed along an axis, as it can be set, and why; the one meaning of
         all texts. It holds at every value of the other axis within what to stay within. None of
-        an axis that no one sets."""
+        an axis that no one sets, and where nothing is ordered."""
         limit = self.advice.most.get(axis)
-        if limit is None:
+        if limit is None or self.advice.is_without_way_in:
             return None
         return self.last(axis, limit.value), self._beyond(axis, limit.beyond) or NOTHING_ABOVE
 
@@ -998,11 +999,13 @@ class Words:
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
         assert found is not None
-        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
-            return f"If it sticks: it {self._to(self.advice.sticks_to)}; {AGAIN}."
-        rolls = self.may_stay()
         again = self.again
         verbs = self.verbs_of(found.responses, "or") or "vibrates"
+        if self.advice.is_without_way_in:
+            return f"If it {verbs}: {again}."
+        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; {again}."
+        rolls = self.may_stay()
         if found.outcome == Recovery.LASTS:
             slowed = trial_words.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -1168,7 +1171,9 @@ class Words:
 
     @property
     def again(self) -> str:
-        """What ends a vibration that nothing else does."""
+        """What ends a vibration that nothing else does; where no way in is known, nothing comes after it."""
+        if self.advice.is_without_way_in:
+            return STOP if self.drills else END
         return AGAIN if self.drills else AFRESH
 
     def raise_again(self) -> str:
@@ -1179,6 +1184,8 @@ class Words:
             return ""
         if not self.drills:
             return " Then raise it again."
+        if "up" not in self.ways:  # of a way in none stands above
+            return " Then pick up and start again."
         if found.axis != "rotary_speed" or found.at > (to or 0.0):
             return f" {AGAIN_AS_ABOVE}."
         if not isfinite(to or 0.0):
