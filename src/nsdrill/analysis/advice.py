@@ -37,6 +37,7 @@ from nsdrill.analysis.untried import (
     past,
     without_jumps,
 )
+from nsdrill.analysis.vibrating import Vibration
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
@@ -400,6 +401,8 @@ class Advice:
     it vibrates; None where it did not, or where a start at the point shows that it is free."""
     tried_kind: Kind | None = None
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
+    vibrates: Vibration | None = None
+    """What its own runs do, of a hint that only its severity allows; None where they are free of vibration."""
     settled_only: bool = False
     """Whether points at which a motion was still changing are left out."""
     by_request: bool = False
@@ -420,6 +423,16 @@ class Advice:
         return self.is_withdrawn or self.is_unreached or (way is not None and way.first == First.NONE)
 
     @property
+    def is_no_order(self) -> bool:
+        """Whether nothing of it is ordered: no way in can be relied on, or its own runs vibrate."""
+        return self.is_without_way_in or self.vibrates is not None
+
+    @property
+    def is_lax(self) -> bool:
+        """Whether it allows vibration, by its severity."""
+        return bool(self.severity)
+
+    @property
     def ends(self) -> dict[str, tuple[float, float]]:
         """The ends of what to stay within along each axis, and of the depths over which it holds."""
         found = {axis: (one.low, one.high) for axis, one in self.stay_within.items()}
@@ -427,7 +440,7 @@ class Advice:
 
     def never_exceed(self, axis: str) -> float | None:
         """The last allowed value of a setting; None where the map ends first, or where nothing is ordered."""
-        limit = None if self.is_without_way_in else self.most.get(axis)
+        limit = None if self.is_no_order else self.most.get(axis)
         return None if limit is None or limit.beyond.value is None else limit.value
 
 
@@ -1455,7 +1468,7 @@ def data_of(advice: Advice, along: str) -> Answer:
     """The answer of a window whose first axis is ``along`` as plain data: values stand
     under the name of their axis, or beside it, so that they can be given in any
     units. What is not ordered is left out."""
-    if advice.is_without_way_in:
+    if advice.is_no_order:
         advice = replace(advice, most={}, recover=None)
     if advice.is_withdrawn:  # what the map allows is nothing to stay within
         advice = replace(advice, stay_within={}, basis=None)
@@ -1465,6 +1478,9 @@ def data_of(advice: Advice, along: str) -> Answer:
     found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"], found["withdrawn"] = str(advice.kind), advice.is_withdrawn
     found["tried_kind"] = advice.tried_kind and str(advice.tried_kind)
+    found["vibrates"] = advice.vibrates and [
+        {**asdict(one), "responses": list(one.responses)} for one in advice.vibrates.ways
+    ]
     found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
     found["basis"] = advice.basis and data_of_basis(advice.basis)

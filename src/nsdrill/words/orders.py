@@ -50,6 +50,9 @@ class Orders(Words):
         if self.is_withdrawn:
             yield from self._until_changed()
             return
+        if self.advice.vibrates is not None:
+            yield f"Take {self.setting()} as a hint only: {self.vibrating()}."
+            return
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
             doing = "drill" if self.drills else "work"
@@ -89,7 +92,7 @@ class Orders(Words):
 
     def _steps(self, before: str) -> Iterator[str]:
         """The way in, what to stay within, what to watch, and what ends a vibration."""
-        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn or self.advice.vibrates is not None:
             return
         yield f"{before} {self._enter()}".strip()
         is_told = self.drills or self.advice.recover is not None or bool(self.goes_on())
@@ -250,6 +253,9 @@ class Orders(Words):
             best, why = f"at {self.setting()}, the best", self.why_withdrawn()
             yield f"Do not {doing} any setting of this map: {best}, {why}."
             return  # its limits are none
+        if advice.vibrates is not None:
+            yield f"Do not {'drill at' if self.drills else 'use'} {self.setting()} by this page: {self.vibrating()}."
+            return
         if advice.grade == Grade.FROM_SOME:
             doing = "drill" if self.drills else "work"
             yield f"Do not {doing} by this page: at no setting do all starts end free of vibration."
