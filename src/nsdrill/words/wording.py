@@ -893,7 +893,7 @@ class Words:
             return f" it {verbs}, and a start there is not known to be safe"
         if verbs:
             return f" {down} it {verbs}, and the rest is not known"
-        return f" it is not known to be free{f', and {sticks}' if sticks else ''}"
+        return f" it is not known to be {self._free}{f', and {sticks}' if sticks else ''}"
 
     @property
     def _down(self) -> str:
