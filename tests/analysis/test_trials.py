@@ -924,12 +924,12 @@ def test_the_string_as_it_is_shows_no_more_than_a_finer_map():
 
 def test_a_hint_says_how_slow_and_how_a_vibration_ends():
     """Of five orders at most, with what would help and what is watched."""
-    hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",)))
+    hint = replace(POINT, kind=Kind.HINT, recover=Recover(Recovery.ENDS, 70 * RPM, ("whirl",), free_to=50 * RPM))
     of_map = (("rotary_speed", "wob"), "field", ("up", "down"))
     orders, goes_on = Orders(hint, *of_map), "If any vibration goes on: pick up, stop the rotation, start again."
     lower = "If it whirls: lower to 70 rpm, though that is below the limits; "
     again = "Then pick up and come in again as above. "
-    assert orders.to_confirm()[1] == f"{lower}runs lowered to 70 rpm and below were free. {again}{goes_on}"
+    assert orders.to_confirm()[1] == f"{lower}runs lowered to 50 to 70 rpm were free. {again}{goes_on}"
     assert orders.to_confirm(room=1) == ["Bring up to 22.5 klbf and 100 rpm from below."]
     assert [one[:5] for one in orders.do()] == ["Take "]
     for above, may_stay in ((80, False), (60, True)):  # where another run need not end there

@@ -262,20 +262,22 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.....w",
             None,
-            " above the setting: lower to 100 rpm, but not to 80 rpm, where it sticks; "
-            "runs lowered to 100 rpm were free. If any",
+            " above the setting: lower to 100 rpm, but not to 70 rpm, where it sticks; runs lowered to 80 to 100 rpm "
+            "were free, those brought up there met stick-slip. If any",
         ),
         (
             "s.wwwww",
             None,
-            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
-            "runs lowered to 80 rpm were free. Then pick up and come in again as above. If any",
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks "
+            "(no room for the 8 rpm to which it is held); runs lowered to 80 rpm were free, those brought up there met "
+            "stick-slip. Then pick up and come in again as above. If any",
         ),
         (
             "s.wwwww",
             82,
-            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks; "
-            "runs lowered to 80 rpm were free. Then pick up and come in again as above: stick-slip, once started, "
+            ": lower to 80 rpm, though that is below the limits, but not to 70 rpm, where it sticks "
+            "(no room for the 8 rpm to which it is held); runs lowered to 80 rpm were free, those brought up there met "
+            "stick-slip. Then pick up and come in again as above: stick-slip, once started, "
             "may last to 82 rpm. If any",
         ),
     ],

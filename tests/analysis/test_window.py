@@ -223,7 +223,9 @@ def test_what_a_severity_allows_is_told_and_has_not_ended():
     data["response"][:] = 4
     data.variables["whirl_severity"][:] = 4
     allowed = find_window(data, severity=4)
-    assert any(one.startswith("THE SETTING MAY VIBRATE: severe") for one in warnings(allowed, "si"))
+    told = "THE SETTING VIBRATES: it whirls in every run, severe at most."
+    assert any(one.startswith(told) for one in warnings(allowed, "si"))
+    assert allowed["answer"].kind == Kind.HINT
     assert not any("MAY VIBRATE" in one for one in warnings(strict, "si"))
 
 

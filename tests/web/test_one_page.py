@@ -23,13 +23,17 @@ pytestmark = pytest.mark.usefixtures("words_only")
 NOTHING_BEGINS = {**WALL, "range": None, "min": None, "max": None, "off_bottom": None, "passing_rate": None}
 
 
-def words(results: Results, study: str = "", along: str = "rotary_speed") -> str:
+def html_of(results: Results, study: str = "", along: str = "rotary_speed", severity: int | None = None) -> str:
     axis = "[70 rpm, 80 rpm]" if along == "rotary_speed" else "[10 klbf, 15 klbf]"
     resolved = parse_study(f"sweep: {{{along}: {axis}, procedure: all}}\n{study}").resolved
     nowhere = {"over": [], "unstable_to": [0.0], "lasts_to": [0.0], "from_rest": False}  # stick-slip, by the model
     attrs = {STICKS_TO: json_text(nowhere), **results.attrs, "study_resolved": json_text(resolved)}
-    page = one_page([Sheet(replace(results, attrs=attrs), "field", "x.h5")], "A4", {"Well": ""})
-    body = re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
+    page = one_page([Sheet(replace(results, attrs=attrs), "field", "x.h5", severity)], "A4", {"Well": ""})
+    return re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
+
+
+def words(results: Results, study: str = "", along: str = "rotary_speed", severity: int | None = None) -> str:
+    body = html_of(results, study, along, severity)
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
 
 
@@ -210,9 +214,9 @@ def test_what_is_free_on_the_way_up_is_not_said_to_stick():
     assert "90 to 130 rpm stick-slip, once started, may last" in said
 
 
-@pytest.mark.parametrize(("mild", "order"), [(7, "Where light vibration is allowed, run at"), (1, "Have the assembly")])
+@pytest.mark.parametrize(("mild", "order"), [(7, "Have the assembly"), (1, "Have the assembly")])
 def test_a_hint_is_not_ordered_and_no_option_of_the_command_is_printed(mild, order):
-    """Light whirl over the whole map, or at one speed, where it leaves no room."""
+    """Light whirl over the whole map, or at one speed, where it leaves no room: neither is free of it."""
     results = made(WALL, up=["wwwwwww"] * 5)
     for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
         results.variables[name] = np.zeros(results["response"].shape, np.int8)
@@ -527,3 +531,21 @@ def test_a_quick_start_says_from_where_not_to_raise_slowly():
     one = Sheet(made(WALL, up=["..wwwww"] * 5, down=ROLLS, same=["......w"] * 5), "field", "x.h5")
     assert "from below 90 rpm" in " ".join(one.orders.do_not()), (one.orders.sentence(), one.orders.do_not())
     assert said
+
+
+@pytest.mark.parametrize(("severity", "up"), [(3, ["sbbbbbb"] * 5), (4, ["sbbbbbb"] * 5), (3, ["s..b..b"] * 5)])
+def test_the_page_of_a_severity_is_not_green_and_says_that_vibration_is_allowed(severity, up):
+    """Strong bit-bounce in every run, or beside the setting. Asked for more, the table allows no more than the
+    answer: above 56 rpm, never to be exceeded, it had "none up to 140"."""
+    results = made(WALL, up=up, down=up)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        results.variables[name] = np.where(np.asarray(results["response"]) > 0, 3, 0).astype(np.int8)
+    results.variables["stick_slip_severity"][..., 0] = 4
+    page, said = html_of(results, severity=severity), words(results, severity=severity)
+    assert "class='answer no'" in page
+    assert "operating limits for vibration: strong vibration allowed" in said
+    assert "STRONG VIBRATION ALLOWED" in said
+    if "." not in up[0]:
+        assert "allowed, not ordered [rpm]" in said
+        assert "it bounces in every run, strong at most" in said
+        assert not re.search(r"\bfree\b|\bsteady\b|never exceed|come in again|Drill at ", said)

@@ -38,6 +38,7 @@ from nsdrill.analysis.untried import (
     past,
     without_jumps,
 )
+from nsdrill.analysis.vibrating import Vibration
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
 from nsdrill.models.registry import responses_in
@@ -154,8 +155,13 @@ class Recover:
     may: bool = False
     """Whether no run met these there after the vibration had ended, but the way up did."""
     bound: Border | None = None
-    """The nearest value below ``at`` at which it vibrates, on either way, or of which nothing is known: not to be
-    lowered to. None where no run below vibrates."""
+    """The nearest value below ``at`` at which what was lowered vibrates again, or of which nothing is known: not to be
+    lowered to. None where no run that was lowered does: what only vibrates when brought up bounds no lowering."""
+    free_to: float | None = None
+    """Down to which value all runs that were lowered are free, from ``at`` on; below it lies the ``bound``, or
+    nothing was run. None of what trials alone show, which say nothing of what lies below ``at``."""
+    raised: tuple[str, ...] = ()
+    """The responses of the runs that were brought up to these values: there one does not start up."""
     elsewhere: tuple[str, ...] = ()
     """Of a vibration that was not met above the stretch: the responses of all other runs."""
     by_trial: bool = False
@@ -163,6 +169,14 @@ class Recover:
     only_at: tuple[str, float] | None = None
     """The other axis and its value at the point, where the way down is not clear ``at`` the same value everywhere
     else within the limits."""
+
+    @property
+    def held_to(self) -> float | None:
+        """To how much ``at`` is held, where below it there is no room for that; else None."""
+        if self.at is None:
+            return None
+        held = float(tolerance(self.axis, np.array([0.0, self.at]))[1])
+        return None if self.at - (self.at if self.free_to is None else self.free_to) >= held * ENOUGH else held
 
 
 class First(StrEnum):
@@ -390,6 +404,8 @@ class Advice:
     it vibrates; None where it did not, or where a start at the point shows that it is free."""
     tried_kind: Kind | None = None
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
+    vibrates: Vibration | None = None
+    """What its own runs do, of a hint that only its severity allows; None where they are free of vibration."""
     settled_only: bool = False
     """Whether points at which a motion was still changing are left out."""
     by_request: bool = False
@@ -403,14 +419,31 @@ class Advice:
         return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
 
     @property
+    def is_without_way_in(self) -> bool:
+        """Whether no way in to it can be relied on: trials withdrew it, or none is known. Then nothing is ordered
+        beside that: nothing never to exceed, and nothing that ends a vibration and comes in again."""
+        way = self.way_in
+        return self.is_withdrawn or self.is_unreached or (way is not None and way.first == First.NONE)
+
+    @property
+    def is_no_order(self) -> bool:
+        """Whether nothing of it is ordered: no way in can be relied on, or its own runs vibrate."""
+        return self.is_without_way_in or self.vibrates is not None
+
+    @property
+    def is_lax(self) -> bool:
+        """Whether it allows vibration, by its severity."""
+        return bool(self.severity)
+
+    @property
     def ends(self) -> dict[str, tuple[float, float]]:
         """The ends of what to stay within along each axis, and of the depths over which it holds."""
         found = {axis: (one.low, one.high) for axis, one in self.stay_within.items()}
         return found if self.depths is None else {**found, "depth": (self.depths.first, self.depths.last)}
 
     def never_exceed(self, axis: str) -> float | None:
-        """The last allowed value of a setting; None where the map ends first."""
-        limit = self.most.get(axis)
+        """The last allowed value of a setting; None where the map ends first, or where nothing is ordered."""
+        limit = None if self.is_no_order else self.most.get(axis)
         return None if limit is None or limit.beyond.value is None else limit.value
 
 
@@ -1044,46 +1077,58 @@ def _recover(maps: Graded, cell: Cell) -> Recover | None:
         return Recover(Recovery.LASTS, responses=names_of(here, critical), lasts_above=above, axis=along)
     at = int(clear[-1])
     responses = names_of(int(np.bitwise_or.reduce(bits[at + 1 : highest + 1])), critical)
-    bound = _bound_below(maps, cell, place, at)
-    return Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along, bound=bound)
+    end = Recover(Recovery.ENDS, float(maps.values(along)[at]), responses, above, along)
+    return _with_room(maps, cell, place, at, end)
 
 
 def _told_beside(maps: Graded, cell: Cell, found: Recover | None, ends: Mapping[str, Stretch]) -> Recover | None:
     """How a vibration ends, with whether the way down tells so at the point alone, of all values of the other axis
-    that are within the limits."""
+    that are within the limits; where it does at all of them, with the least room of these."""
     other = maps.y if found is not None and found.axis == maps.x else maps.x
     if found is None or found.at is None or other is None or other not in ends:
         return found
-    values, place = maps.values(other), 1 if other == maps.y else 2
-    column = int(np.argmin(np.abs(maps.values(found.axis) - found.at)))
-    at: list[int | slice] = [cell[0], column, column]
-    at[place] = slice(None)
-    clear = maps.labels[maps.ways.index("down")][tuple(at)][:, 0] == Label.CLEAR
-    inside = (values >= ends[other].low) & (values <= ends[other].high)
-    is_same = bool(clear[inside].all())
-    return found if is_same else replace(found, only_at=(other, float(values[cell[place]])))
+    values, across, along = maps.values(other), *((1, 2) if other == maps.y else (2, 1))
+    at = int(np.argmin(np.abs(maps.values(found.axis) - found.at)))
+    rows = np.flatnonzero((values >= ends[other].low) & (values <= ends[other].high))
+    cells = [tuple(int(row) if axis == across else value for axis, value in enumerate(cell)) for row in rows]
+    down = maps.ways.index("down")
+    line = [tuple(at if axis == along else value for axis, value in enumerate(one)) for one in cells]
+    if not all(maps.labels[down][one][0] == Label.CLEAR and not maps.bits[down][one][0] for one in line):
+        return replace(found, only_at=(other, float(values[cell[across]])))
+    each = [(one, _with_room(maps, one, along, at, found)) for one in cells]  # type: ignore[arg-type]
+    worst, least = max(each, key=lambda one: (one[1].free_to or 0.0, one[0] == cell))
+    if least.bound is not None and worst != cell:
+        least = replace(least, bound=replace(least.bound, beside=(other, float(values[worst[across]]))))
+    raised = {name: None for _, one in each for name in one.raised}
+    return replace(least, raised=tuple(name for name in responses_in(maps.results.attrs) if name in raised))
 
 
-def _bound_below(maps: Graded, cell: Cell, place: int, at: int) -> Border | None:
-    """What lies below the place ``at`` to which a vibration is lowered: the nearest value at which a run on the way
-    up or down is not clear."""
-    for index in range(at - 1, -1, -1):
-        there = tuple(index if axis == place else value for axis, value in enumerate(cell))
-        ways = [maps.ways.index(way) for way in ("down", "up") if way in maps.ways]
-        labels = [int(maps.labels[way][there][0]) for way in ways]
-        if any(label != Label.CLEAR for label in labels):
-            bad = [way for way, label in zip(ways, labels, strict=True) if label in (Label.CRITICAL, Label.STALLED)]
-            met = int(maps.bits[bad[0]][there][0]) if bad else 0
-            value = float(maps.values((maps.third, maps.y, maps.x)[place])[index])
-            return Border(value, _grade_below(labels), names_of(met, responses_in(maps.results.attrs)))
-    return None
+def _with_room(maps: Graded, cell: Cell, place: int, at: int, found: Recover) -> Recover:
+    """How a vibration ends that is lowered to the place ``at``, with how far below that all runs that were lowered
+    are free, what bounds that, and what runs meet that are brought up there."""
+    labels, bits = maps.labels, maps.bits
+    line = tuple(slice(at + 1) if axis == place else value for axis, value in enumerate(cell))
+    down, values = maps.ways.index("down"), maps.values(found.axis)
+    bad = np.flatnonzero((labels[down][line][:, 0] != Label.CLEAR) | (bits[down][line][:, 0] != 0))
+    last, bound = 0, None
+    critical = responses_in(maps.results.attrs)
+    if bad.size:
+        last = int(bad[-1]) + 1
+        label, met = int(labels[down][line][last - 1, 0]), int(bits[down][line][last - 1, 0])
+        bound = Border(float(values[last - 1]), _GRADES_BELOW[Label(label)], names_of(met, critical))
+    up = bits[maps.ways.index("up")][line][last:, 0] if "up" in maps.ways else np.zeros(1, dtype=int)
+    raised = names_of(int(np.bitwise_or.reduce(up)), critical)
+    return replace(found, bound=bound, free_to=float(values[last]), raised=raised)
 
 
-def _grade_below(labels: Sequence[int]) -> Grade:
-    """What is told of a point with runs of these labels, not all of them clear: that it vibrates where one does,
-    that nothing is known where one is not."""
-    told = {Label.STALLED: Grade.STALLED, Label.CRITICAL: Grade.CRITICAL, Label.UNKNOWN: Grade.UNKNOWN}
-    return next((grade for label, grade in told.items() if label in labels), Grade.BORDERLINE)
+_GRADES_BELOW = {  # what a run that was lowered tells of a point, by its label
+    Label.OPEN: Grade.UNKNOWN,
+    Label.UNKNOWN: Grade.UNKNOWN,
+    Label.STALLED: Grade.STALLED,
+    Label.CRITICAL: Grade.CRITICAL,
+    Label.TOUCHING: Grade.BORDERLINE,
+    Label.CLEAR: Grade.CRITICAL,  # with a response that a severity allows
+}
 
 
 def _way_in(maps: Graded, cell: Cell) -> WayIn | None:
@@ -1432,13 +1477,20 @@ def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
 def data_of(advice: Advice, along: str) -> Answer:
     """The answer of a window whose first axis is ``along`` as plain data: values stand
     under the name of their axis, or beside it, so that they can be given in any
-    units."""
+    units. What is not ordered is left out."""
+    if advice.is_no_order:
+        advice = replace(advice, most={}, recover=None)
+    if advice.is_withdrawn:  # what the map allows is nothing to stay within
+        advice = replace(advice, stay_within={}, basis=None)
     found: Answer = asdict(advice)
     found.pop("cell")
     found["sticks_to"] = speed_of(advice.sticks_to)
     found |= data_of_trials(advice.trials or Trials(), along)
     found["kind"], found["withdrawn"] = str(advice.kind), advice.is_withdrawn
     found["tried_kind"] = advice.tried_kind and str(advice.tried_kind)
+    found["vibrates"] = advice.vibrates and [
+        {**asdict(one), "responses": list(one.responses)} for one in advice.vibrates.ways
+    ]
     found["jump"] = advice.jump and data_of_jump(advice.jump)
     found["grade"] = _name(advice.grade)
     found["basis"] = advice.basis and data_of_basis(advice.basis)
@@ -1504,6 +1556,9 @@ def data_of(advice: Advice, along: str) -> Answer:
             "then": list(end.then),
             "may": end.may,
             "bound": end.bound and _data_of_border(end.axis, end.bound),
+            "free_to": None if end.free_to is None else {end.axis: end.free_to},
+            "held_to": None if end.held_to is None else {end.axis: end.held_to},
+            "raised": list(end.raised),
             "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
         }
     if (depths := advice.depths) is not None:

@@ -132,7 +132,10 @@ def without_promise(before: Recover | None, end: Recover | None, way: WayIn | No
 
 def bounded(end: Recover | None) -> Recover | None:
     """How a vibration ends, where trials moved the speed to which it is lowered: below its bound of the map one
-    comes to what that map met there."""
+    comes to what that map met there. Below where its runs that were lowered end nothing is known."""
+    if end is not None and (end.at is None or end.by_trial):
+        reaches = end.at is not None and end.free_to is not None and end.free_to <= end.at
+        end = end if reaches else replace(end, free_to=None, raised=())
     if end is None or end.bound is None or end.bound.value is None:
         return end
     if end.at is None:

@@ -5,6 +5,7 @@ are allowed, their grades, the stretches in which one may stay, and what bounds 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from nsdrill.analysis.safety import counts_of, needed, run_safety, told_response
 from nsdrill.analysis.sticking import from_rest, sticks_past
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
+from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
     DAMPING,
     EDITED_SOURCE,
@@ -354,6 +356,11 @@ def _answer(results: Results, severity: int | None, confidence: float | None, ma
         both = replace(strict, grades=np.where(is_allowed(here), strict.grades, np.minimum(strict.grades, here)))
         answers.append(replace(advise(both), severity=level))
     answers.append(replace(advise(maps.grades), severity=severity))
+    return _as_hint(results, _strictest(answers, maps), confidence)
+
+
+def _strictest(answers: Sequence[Advice], maps: Classes) -> Advice:
+    """That of the first of the ``answers`` which has a setting, else of the first that has a hint."""
     for refused in ((Kind.HINT, *NO_POINT), NO_POINT):
         found = [one for one in answers if one.kind not in refused]
         # what a stricter level allows may be unknown at this one, as a severity is not known
@@ -361,6 +368,20 @@ def _answer(results: Results, severity: int | None, confidence: float | None, ma
         if found:
             return found[0]
     return answers[-1]
+
+
+def _as_hint(results: Results, advice: Advice, confidence: float | None) -> Advice:
+    """The ``advice`` by its severity: no more than a hint where its own runs vibrate, as no order leads into a
+    vibration; and not free after any history where only the severity allows what was lowered to it."""
+    if not advice.severity or advice.cell is None or advice.kind in NO_POINT:
+        return advice
+    plain = graded(results, None, confidence)
+    if (found := vibration_at(plain, advice.cell)) is not None:
+        return replace(advice, kind=Kind.HINT, vibrates=found, tried_kind=None, is_unreached=False)
+    is_free_from_all = confidence is not None or plain.grade[advice.cell] == Grade.ANY_HISTORY
+    if advice.kind == Kind.ANY_HISTORY and plain.allowed[advice.cell] and not is_free_from_all:
+        return replace(advice, kind=Kind.FROM_BELOW)
+    return advice
 
 
 def _milder(results: Results, severity: int | None, confidence: float | None, found: Advice) -> Answer | None:
@@ -372,7 +393,7 @@ def _milder(results: Results, severity: int | None, confidence: float | None, fo
     levels = severity_levels(responses_in(results.attrs).values()) if has_them else ()
     for level in (one for one in levels if one <= MILD):
         maps = classes(results, level, confidence)
-        milder = replace(advise(maps.grades), severity=level)
+        milder = _as_hint(results, replace(advise(maps.grades), severity=level), confidence)
         if milder.kind not in NO_POINT:
             return {"severity": level, "answer": replace(milder, unsettled=unsettled_of(maps, milder))}
     return None

@@ -67,7 +67,7 @@ from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmode
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, ways_words
-from nsdrill.words.values import ORDER, Formatter, in_order, reached
+from nsdrill.words.values import ORDER, Formatter, in_order, of_severity, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
@@ -109,7 +109,13 @@ class Sheet:
 
     @cached_property
     def maps(self) -> Graded:
-        return graded(self.results, self.severity, self.window["confidence"])
+        return graded(self.results, self.level, self.window["confidence"])
+
+    @property
+    def level(self) -> int | None:
+        """The severity by which the page tells what is allowed: that of the answer, which may be stricter than what
+        was asked, so that the table and the map beside it do not allow more."""
+        return self.severity if self.advice.cell is None else self.advice.severity
 
     @cached_property
     def whole(self) -> Graded:
@@ -223,11 +229,15 @@ def one_page(
     )
     now = first.orders.as_it_is
     beside_now = f" ({now})" if now else ""
-    is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
+    is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm and not first.advice.is_lax
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
         whose += f"<div class='whose'>{escaped(CONFIRM.format(first.orders.not_yet))}</div>"
     of_what = " for vibration" if first.drills else ""
+    if first.level:
+        allowed = f"{of_severity(first.level, first.window['model'])} vibration allowed"
+        of_what += f": {allowed}"
+        whose += f"<div class='whose'>{escaped(allowed.upper())}</div>"
     filled = {name: value for name, value in fields.items() if value or first.drills or name not in OF_A_RIG}
     body = [
         f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",
@@ -381,7 +391,7 @@ def _map(one: Sheet, room: float) -> str:
     height = float(np.clip(room / 25.4, *MAP_HEIGHTS)) if one.maps.y else STRIP_HEIGHT
     look = Look(title=False, warnings=False, width=MAP_WIDTH, height=height)
     third = {one.maps.third: float(one.maps.values(one.maps.third)[one.plane])} if one.maps.third else None
-    how: dict[str, Any] = {"severity": one.severity, "confidence": one.confidence}
+    how: dict[str, Any] = {"severity": one.level, "confidence": one.confidence}
     if (cell := one.advice.cell) is not None and one.advice.trials is not None:
         how["tried"] = replace(one.advice, cell=(0, *cell[1:])) if third else one.advice
     return image(svg(draw(one.results, "window", units=one.units, at=third, look=look, **how)), "The map")
@@ -549,6 +559,11 @@ def _exceed(one: Sheet) -> tuple[str, str]:
     if one.orders.is_withdrawn:
         doing = "to drill by" if one.drills else "recommended"
         return "none", f"of this map is {doing}: at {one.orders.setting()} {one.orders.why_withdrawn()}"
+    if one.advice.vibrates is not None:
+        doing = "to drill by" if one.drills else "recommended"
+        return "none", f"of this map is {doing}: at {one.orders.setting()} {one.orders.vibrating()}"
+    if one.advice.is_without_way_in:
+        return "not known", f"a way in to {one.orders.setting()}"
     if (most := one.orders.exceed(one.maps.x)) is not None:
         return one.fmt.named(one.maps.x, most[0]), f"never exceed: {most[1]}"
     last = one.fmt.value(one.maps.x, float(one.maps.values(one.maps.x)[-1]))
@@ -690,7 +705,7 @@ def _ordered_heading(sheets: Sequence[Sheet]) -> str:
     """The heading of the last column, which a rig reads as leave: of what is ordered, of what is to be confirmed
     or of neither."""
     if not any(_has_orders(one) for one in sheets):
-        return "free, not ordered"
+        return "allowed, not ordered" if any(one.level for one in sheets) else "free, not ordered"
     if any(one.orders.is_to_confirm for one in sheets):
         return "to confirm" if all(one.orders.is_to_confirm for one in sheets) else "ordered, or to confirm"
     return "ordered"
@@ -699,6 +714,7 @@ def _ordered_heading(sheets: Sequence[Sheet]) -> str:
 def _has_orders(one: Sheet) -> bool:
     """Whether the page of a file names what to stay within."""
     is_named = one.advice.kind not in (Kind.NOTHING, Kind.UNKNOWN) and not one.orders.is_withdrawn
+    is_named &= one.advice.vibrates is None
     return is_named and one.maps.x in one.advice.stay_within
 
 
@@ -729,7 +745,7 @@ def _ordered(one: Sheet, row: int, in_map: str) -> str:
         return " to ".join(dict.fromkeys(numbers)) + (f" ({way} only)" if _is_quick_at(one, row) else "")
     if in_map == "none" or not _has_orders(one):
         return in_map
-    return f"not ordered; free in the map {in_map}"
+    return f"not ordered; {'allowed' if one.level else 'free'} in the map {in_map}"
 
 
 def _is_quick_at(one: Sheet, row: int) -> bool:

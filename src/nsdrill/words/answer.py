@@ -313,7 +313,8 @@ def _of_setting(summary: Answer, point: Answer | None, fmt: Formatter, decisive:
     yield from _of_jumps(summary, fmt) if is_across else ()
     yield from _of_gaps(summary, fmt) if is_jumped else ()
     yield from [] if _is_held(tried) else unknown_end_text(summary)
-    yield from [] if tried is not None and tried.is_tried(OFF_ROCK) else _of_bounces(summary, point, fmt)
+    is_told = advice.vibrates is not None or (tried is not None and tried.is_tried(OFF_ROCK))
+    yield from [] if is_told else _of_bounces(summary, point, fmt)
     yield from decisive
     yield from _of_low_side(summary)
     yield from _of_gaps(summary, fmt) if is_across and not is_jumped else ()
@@ -437,7 +438,13 @@ def _of_low_side(summary: Answer) -> Iterator[str]:
 def _of_severity(summary: Answer) -> Iterator[str]:
     """That the answer allows less than was asked for, as a setting with less there is."""
     asked, level, model = summary["severity"], summary["answer"].severity, summary["model"]
-    if asked and level == asked and summary["answer"].point:
+    if summary["answer"].vibrates is not None and summary["answer"].point:
+        words = words_of(summary, "si")
+        yield (
+            f"THE SETTING VIBRATES: {words.vibrating()}. It is allowed by severity alone (--severity {level}), and "
+            f"{words.not_yet}."
+        )
+    elif asked and level == asked and summary["answer"].point:
         yield (
             f"THE SETTING MAY VIBRATE: {of_severity(asked, model)} vibration is allowed (--severity {asked}), at the "
             "setting and within its limits too. Free of vibration is what is allowed without that."
@@ -445,7 +452,7 @@ def _of_severity(summary: Answer) -> Iterator[str]:
     if asked is not None and level != asked and summary["answer"].point:
         own = f"{of_severity(level, model)} vibration at most" if level else "free of vibration"
         yield (
-            f"STRICTER THAN ASKED: the setting and its limits are {own}. The map and the table allow "
+            f"STRICTER THAN ASKED: the setting and its limits are {own}. Maps and counts by what was asked allow "
             f"{of_severity(asked, model)} vibration."
         )
 

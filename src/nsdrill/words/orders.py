@@ -50,6 +50,9 @@ class Orders(Words):
         if self.is_withdrawn:
             yield from self._until_changed()
             return
+        if self.advice.vibrates is not None:
+            yield f"Take {self.setting()} as a hint only: {self.vibrating()}."
+            return
         if self.advice.unsettled is not None:
             these = "had not settled" if self.advice.unsettled.points else "were short"
             doing = "drill" if self.drills else "work"
@@ -89,7 +92,7 @@ class Orders(Words):
 
     def _steps(self, before: str) -> Iterator[str]:
         """The way in, what to stay within, what to watch, and what ends a vibration."""
-        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn or self.advice.vibrates is not None:
             return
         yield f"{before} {self._enter()}".strip()
         is_told = self.drills or self.advice.recover is not None or bool(self.goes_on())
@@ -185,7 +188,9 @@ class Orders(Words):
 
     def _remedy(self) -> str:
         """What ends stick-slip within the limits: less weight, or more speed; "" where they leave
-        neither."""
+        neither, or where no way in is known."""
+        if self.advice.is_without_way_in:
+            return ""
         weight, speed = (self.advice.stay_within.get(axis) for axis in ("wob", "rotary_speed"))
         parts = [] if weight is not None else ["take weight off"]
         if weight is not None and weight.low < self.advice.point["wob"]:
@@ -210,6 +215,8 @@ class Orders(Words):
         is_told = seen is not None and seen.torque is not None and seen.sticking is not None
         is_told &= self.advice.kind != Kind.HINT
         other = f"If it vibrates{' otherwise' if is_told else ''}: {self.again}."
+        if self.advice.is_without_way_in:
+            return other
         lowered = self.lowered()
         lasts = found is not None and (found.outcome == Recovery.LASTS or (found.at is not None and not lowered))
         if lasts or self.may_not_slow():
@@ -246,9 +253,15 @@ class Orders(Words):
             best, why = f"at {self.setting()}, the best", self.why_withdrawn()
             yield f"Do not {doing} any setting of this map: {best}, {why}."
             return  # its limits are none
+        if advice.vibrates is not None:
+            yield f"Do not {'drill at' if self.drills else 'use'} {self.setting()} by this page: {self.vibrating()}."
+            return
         if advice.grade == Grade.FROM_SOME:
             doing = "drill" if self.drills else "work"
             yield f"Do not {doing} by this page: at no setting do all starts end free of vibration."
+            return
+        if advice.is_without_way_in:
+            yield f"Do not {'drill at' if self.drills else 'use'} {self.setting()}: no way in to it is known."
             return
         if advice.trials is not None and (tag := advice.trials.bad_tag) is not None:
             yield f"Do not tag with the rotation on: in a trial it then {self.verbs_of(tag.responses) or 'vibrates'}."

@@ -36,6 +36,7 @@ from nsdrill.words.values import ORDER, TORQUE, Formatter, in_order, of_severity
 MOST_WORDS, MOST_LINES = 30, 5
 AGAIN_AS_ABOVE = "Then pick up and come in again as above"
 AGAIN, AFRESH = "pick up, stop the rotation, start again", "start afresh, as the runs began"  # of a rig, of others
+STOP, END = "pick up and stop the rotation", "stop"  # where no way in is known: of a rig, of others
 SHAKEN = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
 NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
@@ -231,7 +232,8 @@ class Words:
         if self.is_withdrawn:
             return f"no setting can be recommended (at {self.setting()}, the best, {self.why_withdrawn()})"
         if kind == Kind.HINT:
-            return f"no setting can be recommended (best hint {self.setting()})"
+            vibrates = f", where {self.vibrating()}" if self.advice.vibrates is not None else ""
+            return f"no setting can be recommended (best hint {self.setting()}{vibrates})"
         if kind == Kind.QUICK_START and "up" in self.ways:
             return f"go quickly to {self.setting()}"
         is_run = kind != Kind.FROM_BELOW or not self.is_brought_up
@@ -289,7 +291,7 @@ class Words:
     def is_to_confirm(self) -> bool:
         """Whether the setting is not to be used until it has been run again: a hint, or one of runs that had not
         settled or were short."""
-        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn:
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN) or self.is_withdrawn or self.advice.vibrates is not None:
             return False
         return self.advice.kind == Kind.HINT or bool(self.caveat)
 
@@ -312,6 +314,8 @@ class Words:
             return self._nothing()
         if self.is_withdrawn:
             return self._withdrawn()
+        if self.advice.vibrates is not None:
+            return self._vibrates()
         if self.advice.depths is not None:
             return self._over_depths()
         if kind == Kind.HINT:
@@ -361,6 +365,53 @@ class Words:
             f"; {share.failed} of {share.of} not known)" if share.failed else ")"
         )
 
+    def vibrating(self) -> str:
+        """What the own runs of a setting do that only a severity allows: ``it bounces in every run, strong at most``,
+        or each way by itself."""
+        found = self.advice.vibrates
+        assert found is not None
+        first, *others = found.ways
+        if found.is_in_every_run and all(one.responses == first.responses for one in others):
+            worst = of_severity(found.severity, self.fmt.model)
+            return f"it {self.verbs_of(first.responses)} in every run, {worst} at most"
+        each = []
+        for one in found.ways:
+            share = "" if one.runs == one.of else f" in {one.runs} of {one.of} runs"
+            worst = of_severity(one.severity, self.fmt.model)
+            if one.runs:
+                each.append(f"{self._by(one.way)} it {self.verbs_of(one.responses)}{share}, {worst} at most")
+        return "; ".join(each)
+
+    def _by(self, way: str) -> str:
+        """How the runs of a way came to a setting: ``brought up``."""
+        up = "with the weight raised" if self.carried == "wob" else "brought up"
+        return {"up": up, "down": self._down}.get(way, "started there")
+
+    def _in_runs(self) -> str:
+        """In which of its runs a setting vibrates that only a severity allows: ``in every run``, ``coming down``."""
+        found = self.advice.vibrates
+        assert found is not None
+        if found.is_in_every_run:
+            return "in every run"
+        return listed([self._by(one.way) for one in found.ways if one.runs])
+
+    def _vibrates(self) -> str:
+        """Of a setting that only a severity allows, which is no order."""
+        found = self.advice.vibrates
+        assert found is not None
+        told = self.vibrating()
+        head = f"Hint only: at {self.setting() or 'the setting'}{'' if told.startswith('it ') else ','} {told}"
+        if self.along not in self.advice.stay_within:
+            return f"{head}."
+        is_all = found.severity <= (self.advice.severity or 0)
+        so = "So much" if is_all else "On the way in so much"
+        return first_short(f"{head}. {so} is allowed at {self.within()}.", f"{head}.")
+
+    @property
+    def _free(self) -> str:
+        """What a point that is allowed is in one word: by a severity that need not be free."""
+        return "allowed" if self.severity else "free"
+
     def _withdrawn(self) -> str:
         """Where trials leave nothing of the setting: it is no hint either, as it is not to be run at. Of other
         settings, which the map may draw as free, trials say nothing."""
@@ -402,9 +453,10 @@ class Words:
 
     def _brought_up(self, begin: str) -> str:
         joined = f"{begin} and" if len(self.advice.stay_within) < 2 else f"{begin.rstrip(',')};"
-        text = f"{joined[0].upper()}{joined[1:]} stay at {self.within()}"
+        within = f"{self.within()}, {self.free}" if self.advice.is_lax else self.within()
+        text = f"{joined[0].upper()}{joined[1:]} stay at {within}"
         if way := self._tried_way():
-            text = f"Go to {self.setting()} {way}, and stay at {self.within()}"
+            text = f"Go to {self.setting()} {way}, and stay at {within}"
         found = self.advice.recover
         if self._sticks_on() and (found is None or found.outcome != Recovery.LASTS):
             wall = ", and whirl may not stop" if self._wall_may_hold() else ""
@@ -677,10 +729,11 @@ class Words:
                 begun = {"wob": "run with the weight raised", "depth": "run from shallower depths"}.get(
                     self.carried, "brought up from below"
                 )
-                return f"Hint only: {self.setting()} is free {self._when}{self.how}. Nothing was {begun}."
+                return f"Hint only: {self.setting()} is {self._free} {self._when}{self.how}. Nothing was {begun}."
             free = f"{'when ' if lowered == 'lowered from above' else ''}{lowered}"
-            whole = f"Nothing is {self._known()}safe {raised}{self._where()}. {self.setting()} is free only {free};"
-            brief = f"Free only {free}: {self.setting()}."
+            known = f"{self._known()}safe {raised}{self._where()}"
+            whole = f"Nothing is {known}. {self.setting()} is {self._free} only {free};"
+            brief = f"{self._free.capitalize()} only {free}: {self.setting()}."
         else:
             whole, brief = f"Nothing is {self._known()}safe{self._where()}:", ""
         helps = self._helps()
@@ -736,9 +789,13 @@ class Words:
             if axis in self.advice.stay_within:
                 yield f"{self._beside(axis)}{rests}".rstrip()
                 rests = ""
-        if self.advice.way_in is not None:
+        met = None if self.is_withdrawn else self.advice.vibrates
+        if self.advice.way_in is not None and met is None:
             yield self._way_in()
-        if self.advice.recover is not None:
+        if met is not None:
+            verbs = self.verbs_of(met.responses, "or")
+            yield f"If it {verbs}: {self.again}; it does so {self._in_runs()}, and would again."
+        elif self.advice.recover is not None:
             yield self._way_out()
         elif goes_on := self.goes_on():
             yield f"If it vibrates: {goes_on}; {self.again}."
@@ -774,7 +831,7 @@ class Words:
         """``Rests on 30 settings every 5 rpm and 2 klbf, none between; 12 inferred, not run.``: what
         stands behind what to stay within; "" where that is no range."""
         found = self.advice.basis
-        if found is None:
+        if found is None or self.is_withdrawn or self.advice.vibrates is not None:
             return ""
         steps = [
             self.fmt.steps(axis, *found.steps[axis]) + ("" if axis in ORDER else f" of {self.fmt.name(axis)}")
@@ -787,9 +844,9 @@ class Words:
     def exceed(self, axis: str) -> tuple[str, str] | None:
         """What never to exceed along an axis, as it can be set, and why; the one meaning of
         all texts. It holds at every value of the other axis within what to stay within. None of
-        an axis that no one sets."""
+        an axis that no one sets, and where nothing is ordered."""
         limit = self.advice.most.get(axis)
-        if limit is None:
+        if limit is None or self.advice.is_no_order:
             return None
         return self.last(axis, limit.value), self._beyond(axis, limit.beyond) or NOTHING_ABOVE
 
@@ -824,18 +881,19 @@ class Words:
             return f"{at} {_stick_slip(border)}, once started, {self._to(border.sticks_to)}"
         if border.free_from is not None:
             starts = f"{border.free_from[0]} of {count(border.free_from[1], 'start')}"
-            return f"{at} it is free from {starts} only" + (f": from others it {verbs}" if verbs else "")
+            return f"{at} it is {self._free} from {starts} only" + (f": from others it {verbs}" if verbs else "")
         if border.grade == Grade.FROM_START:
-            return f"{at} it is free {Grade.FROM_START.started(self.advice.from_rest)}"
+            return f"{at} it is {self._free} {Grade.FROM_START.started(self.advice.from_rest)}"
         if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
-            return f"{at} it is free from below only" + (f": {down} it {verbs}" if verbs else "")
+            return f"{at} it is {self._free} from below only" + (f": {down} it {verbs}" if verbs else "")
         if border.is_unmodelled:
             return f"{at} a second bending mode, which the model leaves out, is near"
         if border.grade == Grade.UNKNOWN:
             return f"{at}{self._known_of(border, verbs, down)}"
         if border.grade == Grade.BORDERLINE:
             return f"{at} it is near a limit" + (f": {down} it {verbs}" if verbs else "")
-        return f"{at} it {verbs or 'is critical'}"
+        than = " more than is allowed" if verbs and self.severity else ""
+        return f"{at} it {verbs or 'is critical'}{than}"
 
     def _known_of(self, border: Border, verbs: str, down: str) -> str:
         """What is known of a point of which not all is: `` it whirls, and a start there is not known to be safe``."""
@@ -846,7 +904,7 @@ class Words:
             return f" it {verbs}, and a start there is not known to be safe"
         if verbs:
             return f" {down} it {verbs}, and the rest is not known"
-        return f" it is not known to be free{f', and {sticks}' if sticks else ''}"
+        return f" it is not known to be {self._free}{f', and {sticks}' if sticks else ''}"
 
     @property
     def _down(self) -> str:
@@ -1009,11 +1067,13 @@ class Words:
     def _way_out(self) -> str:
         found, fmt = self.advice.recover, self.fmt
         assert found is not None
-        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
-            return f"If it sticks: it {self._to(self.advice.sticks_to)}; {AGAIN}."
-        rolls = self.may_stay()
         again = self.again
         verbs = self.verbs_of(found.responses, "or") or "vibrates"
+        if self.advice.is_without_way_in:
+            return f"If it {verbs}: {again}."
+        if self._sticks_on() and found.outcome not in (Recovery.LASTS, Recovery.ENDS):
+            return f"If it sticks: it {self._to(self.advice.sticks_to)}; {again}."
+        rolls = self.may_stay()
         if found.outcome == Recovery.LASTS:
             slowed = trial_words.slowed_to(self.advice.trials, fmt)
             return f"If it {verbs}: it does not stop {slowed or 'in the map'}; {again}{rolls}."
@@ -1055,6 +1115,19 @@ class Words:
             at = found.at
         return f"{self.fmt.named(found.axis, self.fmt.value(found.axis, at))}{self._only_at()}"
 
+    def _lowered_range(self) -> str:
+        """Where runs that were lowered were free: ``20 to 24.5 rpm``, which is what was run."""
+        found = self.advice.recover
+        assert found is not None
+        assert found.at is not None
+        low = found.at if found.free_to is None else found.free_to
+        at = self.fmt.range_inwards(found.axis, low, found.at) if low < found.at else self.fmt.value(found.axis, low)
+        return f"{self.fmt.named(found.axis, at)}{self._only_at()}"
+
+    def _did(self, responses: Iterable[str]) -> str:
+        """What runs did with these responses: ``met bit-bounce and stick-slip``."""
+        return f"met {listed([self.responses[name].words for name in responses])}"
+
     def _only_at(self) -> str:
         """At which value of the other axis alone a vibration ends there: `` at width 2``."""
         found = self.advice.recover
@@ -1067,14 +1140,25 @@ class Words:
         found = self.advice.recover
         assert found is not None
         assert bound.value is not None
-        return self.fmt.value(found.axis, bound.value)
+        beside = "" if bound.beside is None else f" at {self.fmt.named(bound.beside[0], self.fmt.value(*bound.beside))}"
+        return f"{self.fmt.value(found.axis, bound.value)}{beside}"
 
     def not_below(self) -> str:
-        """What bounds the speed to which a vibration is lowered: ``, but not to 30 rpm, where it sticks``."""
+        """What bounds the speed to which a vibration is lowered: ``, but not to 30 rpm, where it sticks``; and where
+        it leaves no room to hold that speed."""
         found = self.advice.recover
-        if found is None or found.bound is None:
+        if found is None or found.at is None:
             return ""
-        return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}"
+        held = "" if found.held_to is None else self.fmt.value(found.axis, found.held_to)
+        room = f" (no room for the {held} to which it is held)" if held else ""
+        if found.bound is not None:
+            return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}{room}"
+        if not held:
+            return ""
+        if found.free_to is None or found.free_to == found.at:
+            return f", but not below it, as no run here was lower{room}"
+        low = self.fmt.outwards(found.axis, found.free_to, found.free_to)[1]
+        return f", but not below {self.fmt.value(found.axis, low)}, as no run here was lower{room}"
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
@@ -1104,8 +1188,8 @@ class Words:
         if found.by_trial and not self.may_stay_on_wall():
             return "lowered to it a knocked string came free in a trial"
         if not self.may_stay_on_wall():
-            below = "" if found.bound is not None else " and below"
-            return f"runs lowered to {self.lowered_to()}{below} were free"
+            text = f"runs lowered to {self._lowered_range()} were free"
+            return f"{text}, those brought up there {self._did(found.raised)}" if found.raised else text
         who = "what a knock started in a trial" if found.by_trial else "what the map met"
         return f"{who} had ended there, but {self.may_stay().removeprefix('; ')}"
 
@@ -1155,7 +1239,9 @@ class Words:
 
     @property
     def again(self) -> str:
-        """What ends a vibration that nothing else does."""
+        """What ends a vibration that nothing else does; where nothing is ordered, nothing comes after it."""
+        if self.advice.is_no_order:
+            return STOP if self.drills else END
         return AGAIN if self.drills else AFRESH
 
     def raise_again(self) -> str:
@@ -1166,6 +1252,8 @@ class Words:
             return ""
         if not self.drills:
             return " Then raise it again."
+        if "up" not in self.ways:  # of a way in none stands above
+            return " Then pick up and start again."
         if found.axis != "rotary_speed" or found.at > (to or 0.0):
             return f" {AGAIN_AS_ABOVE}."
         if not isfinite(to or 0.0):
@@ -1183,6 +1271,10 @@ class Words:
         steady = "steady" if seen.swing is None else f"swinging {fmt.range(TORQUE, list(seen.swing))}"
         above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
         text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
+        if (met := self.advice.vibrates) is not None:
+            shown = "which swings too little to show it" if seen.swing is None else steady
+            did = self.verbs_of(met.ways[0].responses) or "vibrates"
+            text = f"Surface{above}: as it {did} {fmt.value(TORQUE, seen.torque)}, {shown}"
         if seen.sticking is not None:
             text += f"; stick-slip{self.met_at(seen.sticking_at)} swings {fmt.range(TORQUE, list(seen.sticking))}"
             text += period_words(seen) or "; how often was not measured"

@@ -69,7 +69,9 @@ def tried(
             "weight and speed. The window without trials needs neither."
         )
     motions, workers = Motions(experiment), checked_workers(workers)
-    severity, told = summary["severity"], Told(watch, workers)
+    # what vibrates by itself is allowed by no trial that vibrates, and an answer by a stricter level is tried by that
+    severity = None if advice.vibrates is not None else advice.severity
+    told = Told(watch, workers)
     differing = tuple(unlike(results.attrs))
     samples = SAMPLE in results.coords
     mapped = "up" in results.procedures and not samples and carried_axis(results) in (None, "rotary_speed")
