@@ -258,6 +258,9 @@ class Surface:
     """The speed [rad/s] at which the stick-slip was met, at the weight of the point."""
     whirling_at: float | None = None
     """The speed [rad/s] at which the whirl was met, at the weight of the point; None: at the point."""
+    at: dict[str, float] = field(default_factory=dict)
+    """The swept weight and depth of the runs that all this is of, but for the least acceleration: at others it is
+    another torque, and another period."""
 
     @property
     def above_off_bottom(self) -> bool:
@@ -582,7 +585,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
         recover=_told_beside(maps, cell, _recover(maps, cell), ends),
-        surface=_surface(maps, cell, ends),
+        surface=_surface(maps, cell, ends, levels),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
@@ -1168,9 +1171,9 @@ def _through(maps: Graded, cell: Cell, last: float) -> float:
     return max(last, to) if to < maps.values(maps.x)[cell[2]] else last
 
 
-def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface | None:
+def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: slice | None = None) -> Surface | None:
     """What is seen at the surface at the point and in the motions near it, ``within`` the
-    limits."""
+    limits; of an answer for several depths, the ``levels``, at that of the cell."""
     variables = maps.results.variables
     if "surface_torque_mean" not in variables or maps.confidence is not None or "start" in maps.results.coords:
         return None
@@ -1204,17 +1207,15 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
     if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
         whirls, column = whirl
         there = (*cell[:2], column)
-        x, ends = maps.values(maps.x), within.get(maps.x)
         drag_there = off_bottom
         if column != cell[2]:
-            whirling_at = float(x[column])
+            whirling_at = float(maps.values(maps.x)[column])
             drag_there = (drag or 0.0) * whirling_at
         whirling = float(of("surface_torque_mean", whirls)[there]) - drag_there
+        accelerations = of("lateral_acceleration_rms", whirls)
+        acceleration = float(accelerations[there])
         # it grows with the speed, so that what is least tells whirl everywhere in the limits
-        line = (_line(maps.bits_on(whirls), cell) & WHIRL) > 0
-        inside = line & (x >= ends.low) & (x <= ends.high) if ends is not None else np.zeros_like(line)
-        accelerations = _line(of("lateral_acceleration_rms", whirls), cell)
-        acceleration = float(accelerations[column])
+        inside = (_met(maps, whirls) & WHIRL > 0) & _all_within(maps, cell, within, levels)
         least_shocks = float(np.min(accelerations[inside])) if inside.any() else acceleration
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
@@ -1224,7 +1225,24 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
     shocks = acceleration, least_shocks
-    return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at)  # type: ignore[arg-type]
+    places = {axis: here[axis] for axis in ("depth", "wob") if axis in (maps.x, maps.y, maps.third)}
+    return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at, places)  # type: ignore[arg-type]
+
+
+def _all_within(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: slice | None) -> Array:
+    """The points, bool [third, y, x], at which an answer lets one be: ``within`` the limits, at the depths of the
+    ``levels``, and elsewhere as the cell."""
+    found = np.ones(maps.grade.shape, dtype=bool)
+    for place, axis in enumerate((maps.third, maps.y, maps.x)):
+        values, inside = maps.values(axis), np.zeros(maps.grade.shape[place], dtype=bool)
+        if axis is not None and axis in within:
+            inside = (values >= within[axis].low) & (values <= within[axis].high)
+        elif axis == "depth" and levels is not None:
+            inside[levels] = True
+        else:
+            inside[cell[place]] = True
+        found = found & along_axis(inside, place)
+    return found
 
 
 def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
@@ -1523,6 +1541,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},
             "swing": seen.swing and {"axis": torque, "from": seen.swing[0], "to": seen.swing[1]},
+            "at": dict(seen.at),
             "above_off_bottom": seen.above_off_bottom,
         }
     found["slowly"], found["started"] = list(advice.slowly), list(advice.started)

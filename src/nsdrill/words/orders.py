@@ -154,6 +154,8 @@ class Orders(Words):
             return
         torque = fmt.on_gauge(TORQUE, seen.torque)
         watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
+        if where := self.seen_at().removeprefix(" "):
+            watch += f" {where},"
         text = f"{watch} steady near {torque}."
         if seen.swing is not None:
             text = f"{watch} it swings {fmt.on_gauge(TORQUE, *seen.swing)} there."
@@ -161,7 +163,9 @@ class Orders(Words):
             swings = fmt.on_gauge(TORQUE, *seen.sticking)
             period = period_words(seen)
             cure = f"first {remedy}; if it goes on, {self.again}" if (remedy := self._remedy()) else self.again
-            text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
+            at = self.met_at(seen.sticking_at)
+            met = at + (self.seen_at().replace(" at ", " and ", 1) if at else self.seen_at())
+            text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.least_acceleration is not None:
             shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.on_gauge(TORQUE, seen.whirling)

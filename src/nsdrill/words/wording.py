@@ -1165,13 +1165,23 @@ class Words:
         """At which speed that was met of which the torque is told."""
         return "" if speed is None else f" at {self.fmt.value('rotary_speed', speed)}"
 
+    def seen_at(self) -> str:
+        """Of an answer that holds over several weights or depths at which of them the torque was read: `` at 3000 m``;
+        at others it is another one."""
+        seen, depths = self.advice.surface, self.advice.depths
+        assert seen is not None
+        ranges = {axis: (one.low, one.high) for axis, one in self.advice.stay_within.items()}
+        ranges |= {"depth": (depths.first, depths.last)} if depths is not None else {}
+        told = [axis for axis in in_order(seen.at) if axis in ranges and ranges[axis][0] < ranges[axis][1]]
+        return f" at {listed([self.fmt.value(axis, seen.at[axis]) for axis in told])}" if told else ""
+
     def _at_surface(self) -> str:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
         steady = "steady" if seen.swing is None else f"swinging {fmt.range(TORQUE, list(seen.swing))}"
         above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
-        text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
+        text = f"Surface{self.seen_at()}{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
         if seen.sticking is not None:
             text += f"; stick-slip{self.met_at(seen.sticking_at)} swings {fmt.range(TORQUE, list(seen.sticking))}"
             text += period_words(seen) or "; how often was not measured"
