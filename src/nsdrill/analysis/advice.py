@@ -48,6 +48,7 @@ FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary t
 BOUNDED = 2.0 * FASTEST  # a bound of the rate above this is none to any drive
 CLEAR = 2.0  # tolerances above the wall's speeds, to which the bit may swing: a collar that passed them swings still
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
+UNSTABLE = "unstable"  # of the second: where that alone bars a point
 NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
@@ -352,7 +353,7 @@ class Advice:
     """Of a hint without room: the nearest point that is not allowed, along the first axis,
     with the value of the other."""
     near: tuple[tuple[str, float, float], ...] = ()
-    """As ``stops``, where points are :data:`STICKS_ON` or :data:`BORDERLINE`."""
+    """As ``stops``, where points are :data:`STICKS_ON`, :data:`UNSTABLE` or :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
     """Of a quick start: the responses where the point is brought up slowly."""
     slowly_at: dict[str, float] = field(default_factory=dict)
@@ -647,6 +648,16 @@ def _lasts_at(maps: Graded, cell: Cell) -> bool:
     return _speed(maps, cell) <= (sticks_to(maps, cell) or 0.0)
 
 
+def only_unstable(maps: Graded) -> Array:
+    """The points, bool [third, y, x], that are barred as steady drilling is unstable there, and not as stick-slip
+    that was started elsewhere lasts: what grows by itself may be another vibration."""
+    found = np.zeros(maps.grade.shape, dtype=bool)
+    if maps.unstable is not None:
+        for third, y, x in np.argwhere((maps.grade == Grade.STICKS_ON) & maps.unstable.any(axis=-1)).tolist():
+            found[third, y, x] = not _lasts_at(maps, (third, y, x))
+    return found
+
+
 def is_dry(maps: Graded, cell: Cell) -> bool:
     """Whether it lasts there by dry friction alone, as the friction of the runs cannot show it."""
     return _lasts_at(maps, cell) and _speed(maps, cell) > (sticks_to(maps, cell, shown=True) or 0.0)
@@ -883,7 +894,9 @@ def _border(
         bits = int(np.bitwise_or.reduce(np.array(carried, dtype=int), initial=0))
         if not bits and "same" in maps.ways:
             bits, is_started = int(maps.bits_on("same")[there]), True
-    is_lasting = grade == Grade.STICKS_ON or (grade == Grade.UNKNOWN and _lasts_at(maps, there))  # type: ignore[arg-type]
+    is_lasting = grade in (Grade.STICKS_ON, Grade.UNKNOWN) and _lasts_at(maps, there)  # type: ignore[arg-type]
+    is_unstable = maps.unstable is not None and bool(maps.unstable[there].any())
+    is_lasting = is_lasting or (grade == Grade.STICKS_ON and not is_unstable)
     to = sticks_to(maps, there) if is_lasting else None  # type: ignore[arg-type]
     is_partly = grade == Grade.UNKNOWN and any(np.any(way[there] > Label.UNKNOWN) for way in maps.labels)
     names = names_of(bits, responses_in(maps.results.attrs))
@@ -1427,11 +1440,12 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
 
 
 def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
-    """From and to which value of x points are free on the way in, but stick-slip may last, or
-    borderline: of samples as many as are not allowed elsewhere."""
-    values, found = maps.values(maps.x), []
-    for name, grade in ((STICKS_ON, Grade.STICKS_ON), (BORDERLINE, Grade.BORDERLINE)):
-        at = np.flatnonzero((maps.grade == grade).any(axis=(0, 1)))
+    """From and to which value of x points are free on the way in, but stick-slip may last, or steady drilling is
+    unstable, or borderline: of samples as many as are not allowed elsewhere."""
+    values, found, unstable = maps.values(maps.x), [], only_unstable(maps)
+    lasting = (maps.grade == Grade.STICKS_ON) & ~unstable
+    for name, chosen in ((STICKS_ON, lasting), (UNSTABLE, unstable), (BORDERLINE, maps.grade == Grade.BORDERLINE)):
+        at = np.flatnonzero(chosen.any(axis=(0, 1)))
         if at.size:
             found.append((name, float(values[at[0]]), float(values[at[-1]])))
     return tuple(found)

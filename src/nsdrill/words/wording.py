@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.analysis.advice import (
     BORDERLINE,
     STICKS_ON,
+    UNSTABLE,
     Advice,
     Border,
     First,
@@ -41,7 +42,7 @@ NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
-_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
+_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last", UNSTABLE: "steady drilling unstable"}
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
