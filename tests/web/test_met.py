@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analysis.grids import grid, told
-from web.test_no_contradiction import KLBF, RPM, drawn, row
 
 from nsdrill.analysis.advice import UNSTABLE
 from nsdrill.analysis.limits import end_in_runs
@@ -16,6 +15,7 @@ from nsdrill.data import STICKS_TO, Results, json_text
 from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.web.one_page import Sheet, _limits, _sticking
 from nsdrill.words.answer import warnings
+from web.test_no_contradiction import KLBF, RPM, drawn, row
 
 NOT_TOLD = {"over": [], "unstable_to": [None], "lasts_to": [None], "shown_to": [None], "from_rest": False}
 
