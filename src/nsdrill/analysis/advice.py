@@ -99,6 +99,8 @@ class Border:
     whether it is free; the responses are those of the known ones."""
     is_met_on_way_in: bool = False
     """Of such a point whether the responses are those on the way in."""
+    not_passed: str = ""
+    """Of an allowed point above a critical speed to which nothing was brought up through that: what it is."""
     free_from: tuple[int, int] | None = None
     """Of a point that is free from some of many starts only: from how many, of how many."""
 
@@ -538,6 +540,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     how, field_ = choice.how, choice.within(maps) if through is None else through
     jumps = jumps_of(maps)
     near = without_jumps(maps, jumps, cell)  # a step that may jump across a vibration bounds what was run
+    if not passed_over(maps, cell):  # and so does a critical speed through which nothing was brought up
+        near = near & ~_all_begun_above(maps)
     field_ = field_ & near
     grade = Grade(int(maps.grade[cell]))
     passed = bool(passed_over(maps, cell))
@@ -779,11 +783,16 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
     """The critical speeds above which the sweep begins, so that a point was not brought up
-    through them; that of stick-slip only at its weights, where the bit did not stick
+    through them, and no speed that lies above the point, as where each speed is swept by itself;
+    that of stick-slip only at its weights, where the bit did not stick
     on the way up to the point, and where it is not known to which speed stick-slip lasts: where that
     is, no point up to there is allowed, and of one above it makes no difference where the sweep begins."""
+    speed = np.inf if cell is None else _speed(maps, cell)
 
     def concerns(one: Answer) -> bool:
+        off = (one.get("off_bottom") or {}).get("from", np.inf)
+        if speed < min(one["min"], off):
+            return False
         if (weights := one.get("weights")) is None:
             return True
         if cell is None or "up" not in maps.ways or (maps.tried is not None and maps.tried[cell].all()):
@@ -850,6 +859,11 @@ def begun_above(maps: Graded, number: int) -> Array:
     return found
 
 
+def _all_begun_above(maps: Graded) -> Array:
+    """The same of all maps, [third, y, x]."""
+    return np.stack([begun_above(maps, number) for number in range(len(maps.grade))])
+
+
 def _values(maps: Graded, cell: Cell) -> dict[str, float]:
     return {axis: float(maps.values(axis)[place]) for axis, place in ((maps.x, cell[2]), (maps.y, cell[1])) if axis}
 
@@ -904,6 +918,7 @@ def _border(
     gaps = tuple(one for one in jumps if one.motion is None)
     is_gap = bool(maps.allowed[there]) and not without_jumps(maps, gaps, seen_from or cell)[there]
     is_near = without_jumps(maps, jumps, seen_from or cell)[there]
+    over = passed_over(maps, there) if maps.allowed[there] and not passed_over(maps, seen_from or cell) else []  # type: ignore[arg-type]
     is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near and not is_gap
     return Border(
         float(values[index]),
@@ -912,6 +927,7 @@ def _border(
         sticks_to=to,
         is_dry=to is not None and is_dry(maps, there),  # type: ignore[arg-type]
         by_trial=there in maps.in_trials,
+        not_passed=over[0]["words"] if over else "",
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
@@ -1601,4 +1617,6 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     starts = (
         {} if border.free_from is None else {"free_from": {"starts": border.free_from[0], "of": border.free_from[1]}}
     )
+    if border.not_passed:
+        flags["is_not_passed"] = True
     return {**found, **flags, **starts}

@@ -148,8 +148,11 @@ class Words:
             return f"bring up to {self.setting()} from below{'' if self._is_off_bottom else crossed}"
         rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
         where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
+        way = self.advice.way_in
+        is_first = way is not None and way.from_weight is not None and point["wob"] <= way.from_weight * (1.0 + 1e-9)
+        raised = "set" if is_first else "raise the weight to"
         return (
-            f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}"
+            f"{raised} {self.fmt.value('wob', point['wob'])}{where}"
             + (f" with {self.fmt.setting(at, at)}" if at else "")
             + crossed
         )
@@ -804,6 +807,8 @@ class Words:
             return f"at {self.wall_range(self.advice.way_in)} off bottom the collar reaches the wall"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
+        if border.not_passed:
+            return f"{at} it is not known: nothing was brought up through {border.not_passed}"
         if border.is_jumped:
             return f"{at} it is not known: a step to there may jump across a vibration"
         if border.is_gap:
@@ -956,7 +961,7 @@ class Words:
         then += self._set_in()
         if advice.trials is not None and advice.trials.held is not None:
             then = f"within {advice.trials.held[1]:g} s {then}"
-        if way.from_weight is not None:
+        if way.from_weight is not None and (wob is None or wob > way.from_weight * (1.0 + 1e-9)):
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
             then += f", through {self.crossed()}" if way.crossed else ""
