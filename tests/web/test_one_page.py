@@ -460,13 +460,13 @@ def test_the_end_of_stick_slip_does_not_depend_on_how_far_whirl_was_swept(by_mod
 
 def test_stick_slip_that_gives_way_to_whirl_has_not_ended():
     """The model says that it lasts to 115 rpm, where the way up whirls from 90 rpm on; without the model its end is
-    not known, as the warning says."""
+    not known, as the warning says; it was met to 110 rpm, where starts at the points stick."""
     results = made(WALL, up=["sswwwww"] * 5, same=["sssss.."] * 5)
     said = words(told(results, [to_si("115 rpm", "rad/s")] * 5))
     assert "15 klbf 110 to 120 whirl from 90" in said
     assert "80 to 90" not in said
     unknown = words(told(results, [None] * 5))
-    assert "15 klbf not known, met at 80 whirl from 90" in unknown
+    assert "15 klbf not known, met at 110 whirl from 90" in unknown
     assert "not known to which speed stick-slip, once started, lasts at" in unknown
     assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in unknown
 

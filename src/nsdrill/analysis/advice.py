@@ -50,6 +50,7 @@ FASTEST = 10.0 * np.pi / 30  # rad/s^2, 10 rpm/s: what a top drive or a rotary t
 BOUNDED = 2.0 * FASTEST  # a bound of the rate above this is none to any drive
 CLEAR = 2.0  # tolerances above the wall's speeds, to which the bit may swing: a collar that passed them swings still
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
+UNSTABLE = "unstable"  # of the second: where that alone bars a point
 NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
@@ -102,6 +103,8 @@ class Border:
     """Of such a point whether the responses are those on the way in."""
     is_unmodelled: bool = False
     """Whether it is not known as the model leaves out a motion that the string has there."""
+    not_passed: str = ""
+    """Of an allowed point above a critical speed to which nothing was brought up through that: what it is."""
     free_from: tuple[int, int] | None = None
     """Of a point that is free from some of many starts only: from how many, of how many."""
 
@@ -275,6 +278,9 @@ class Surface:
     """The speed [rad/s] at which the stick-slip was met, at the weight of the point."""
     whirling_at: float | None = None
     """The speed [rad/s] at which the whirl was met, at the weight of the point; None: at the point."""
+    at: dict[str, float] = field(default_factory=dict)
+    """The swept weight and depth of the runs that all this is of, but for the least acceleration: at others it is
+    another torque, and another period."""
 
     @property
     def above_off_bottom(self) -> bool:
@@ -366,7 +372,7 @@ class Advice:
     """Of a hint without room: the nearest point that is not allowed, along the first axis,
     with the value of the other."""
     near: tuple[tuple[str, float, float], ...] = ()
-    """As ``stops``, where points are :data:`STICKS_ON` or :data:`BORDERLINE`."""
+    """As ``stops``, where points are :data:`STICKS_ON`, :data:`UNSTABLE` or :data:`BORDERLINE`."""
     slowly: tuple[str, ...] = ()
     """Of a quick start: the responses where the point is brought up slowly."""
     slowly_at: dict[str, float] = field(default_factory=dict)
@@ -570,6 +576,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     how, field_ = choice.how, choice.within(maps) if through is None else through
     jumps = jumps_of(maps)
     near = without_jumps(maps, jumps, cell)  # a step that may jump across a vibration bounds what was run
+    if not passed_over(maps, cell):  # and so does a critical speed through which nothing was brought up
+        near = near & ~_all_begun_above(maps)
     field_ = field_ & near
     grade = Grade(int(maps.grade[cell]))
     passed = bool(passed_over(maps, cell))
@@ -618,7 +626,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         most=_limits(maps, reach, cell, settings, ends, levels),
         way_in=way,
         recover=_told_beside(maps, cell, _recover(maps, cell), ends),
-        surface=_surface(maps, cell, ends),
+        surface=_surface(maps, cell, ends, levels),
         share=_share(maps, cell),
         slowly=names_of(int(slowly), responses_in(maps.results.attrs)),
         slowly_at=slowly_at,
@@ -678,6 +686,16 @@ def sticks_to(maps: Graded, cell: Cell, shown: bool = False) -> float | None:
 def _lasts_at(maps: Graded, cell: Cell) -> bool:
     """Whether stick-slip, once started, may last at a cell."""
     return _speed(maps, cell) <= (sticks_to(maps, cell) or 0.0)
+
+
+def only_unstable(maps: Graded) -> Array:
+    """The points, bool [third, y, x], that are barred as steady drilling is unstable there, and not as stick-slip
+    that was started elsewhere lasts: what grows by itself may be another vibration."""
+    found = np.zeros(maps.grade.shape, dtype=bool)
+    if maps.unstable is not None:
+        for third, y, x in np.argwhere((maps.grade == Grade.STICKS_ON) & maps.unstable.any(axis=-1)).tolist():
+            found[third, y, x] = not _lasts_at(maps, (third, y, x))
+    return found
 
 
 def is_dry(maps: Graded, cell: Cell) -> bool:
@@ -801,11 +819,16 @@ def without(maps: Graded, advice: Advice, bad: Sequence[Trial]) -> Advice:
 
 def passed_over(maps: Graded, cell: Cell | None) -> list[Answer]:
     """The critical speeds above which the sweep begins, so that a point was not brought up
-    through them; that of stick-slip only at its weights, where the bit did not stick
+    through them, and no speed that lies above the point, as where each speed is swept by itself;
+    that of stick-slip only at its weights, where the bit did not stick
     on the way up to the point, and where it is not known to which speed stick-slip lasts: where that
     is, no point up to there is allowed, and of one above it makes no difference where the sweep begins."""
+    speed = np.inf if cell is None else _speed(maps, cell)
 
     def concerns(one: Answer) -> bool:
+        off = (one.get("off_bottom") or {}).get("from", np.inf)
+        if speed < min(one["min"], off):
+            return False
         if (weights := one.get("weights")) is None:
             return True
         if cell is None or "up" not in maps.ways or (maps.tried is not None and maps.tried[cell].all()):
@@ -872,6 +895,11 @@ def begun_above(maps: Graded, number: int) -> Array:
     return found
 
 
+def _all_begun_above(maps: Graded) -> Array:
+    """The same of all maps, [third, y, x]."""
+    return np.stack([begun_above(maps, number) for number in range(len(maps.grade))])
+
+
 def _values(maps: Graded, cell: Cell) -> dict[str, float]:
     return {axis: float(maps.values(axis)[place]) for axis, place in ((maps.x, cell[2]), (maps.y, cell[1])) if axis}
 
@@ -916,7 +944,9 @@ def _border(
         bits = int(np.bitwise_or.reduce(np.array(carried, dtype=int), initial=0))
         if not bits and "same" in maps.ways:
             bits, is_started = int(maps.bits_on("same")[there]), True
-    is_lasting = grade == Grade.STICKS_ON or (grade == Grade.UNKNOWN and _lasts_at(maps, there))  # type: ignore[arg-type]
+    is_lasting = grade in (Grade.STICKS_ON, Grade.UNKNOWN) and _lasts_at(maps, there)  # type: ignore[arg-type]
+    is_unstable = maps.unstable is not None and bool(maps.unstable[there].any())
+    is_lasting = is_lasting or (grade == Grade.STICKS_ON and not is_unstable)
     to = sticks_to(maps, there) if is_lasting else None  # type: ignore[arg-type]
     is_partly = grade == Grade.UNKNOWN and any(np.any(way[there] > Label.UNKNOWN) for way in maps.labels)
     names = names_of(bits, responses_in(maps.results.attrs))
@@ -924,6 +954,7 @@ def _border(
     gaps = tuple(one for one in jumps if one.motion is None)
     is_gap = bool(maps.allowed[there]) and not without_jumps(maps, gaps, seen_from or cell)[there]
     is_near = without_jumps(maps, jumps, seen_from or cell)[there]
+    over = passed_over(maps, there) if maps.allowed[there] and not passed_over(maps, seen_from or cell) else []  # type: ignore[arg-type]
     is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near and not is_gap
     return Border(
         float(values[index]),
@@ -932,6 +963,7 @@ def _border(
         sticks_to=to,
         is_dry=to is not None and is_dry(maps, there),  # type: ignore[arg-type]
         by_trial=there in maps.in_trials,
+        not_passed=over[0]["words"] if over else "",
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,
@@ -1223,9 +1255,9 @@ def _through(maps: Graded, cell: Cell, last: float) -> float:
     return max(last, to) if to < maps.values(maps.x)[cell[2]] else last
 
 
-def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface | None:
+def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: slice | None = None) -> Surface | None:
     """What is seen at the surface at the point and in the motions near it, ``within`` the
-    limits."""
+    limits; of an answer for several depths, the ``levels``, at that of the cell."""
     variables = maps.results.variables
     if "surface_torque_mean" not in variables or maps.confidence is not None or "start" in maps.results.coords:
         return None
@@ -1259,17 +1291,15 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
     if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
         whirls, column = whirl
         there = (*cell[:2], column)
-        x, ends = maps.values(maps.x), within.get(maps.x)
         drag_there = off_bottom
         if column != cell[2]:
-            whirling_at = float(x[column])
+            whirling_at = float(maps.values(maps.x)[column])
             drag_there = (drag or 0.0) * whirling_at
         whirling = float(of("surface_torque_mean", whirls)[there]) - drag_there
+        accelerations = of("lateral_acceleration_rms", whirls)
+        acceleration = float(accelerations[there])
         # it grows with the speed, so that what is least tells whirl everywhere in the limits
-        line = (_line(maps.bits_on(whirls), cell) & WHIRL) > 0
-        inside = line & (x >= ends.low) & (x <= ends.high) if ends is not None else np.zeros_like(line)
-        accelerations = _line(of("lateral_acceleration_rms", whirls), cell)
-        acceleration = float(accelerations[column])
+        inside = (_met(maps, whirls) & WHIRL > 0) & _all_within(maps, cell, within, levels)
         least_shocks = float(np.min(accelerations[inside])) if inside.any() else acceleration
     free = maps.free_way(cell)
     torque = float(of("surface_torque_mean", free)[cell]) - off_bottom
@@ -1279,7 +1309,24 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch]) -> Surface
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
     shocks = acceleration, least_shocks
-    return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at)  # type: ignore[arg-type]
+    places = {axis: here[axis] for axis in ("depth", "wob") if axis in (maps.x, maps.y, maps.third)}
+    return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at, places)  # type: ignore[arg-type]
+
+
+def _all_within(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: slice | None) -> Array:
+    """The points, bool [third, y, x], at which an answer lets one be: ``within`` the limits, at the depths of the
+    ``levels``, and elsewhere as the cell."""
+    found = np.ones(maps.grade.shape, dtype=bool)
+    for place, axis in enumerate((maps.third, maps.y, maps.x)):
+        values, inside = maps.values(axis), np.zeros(maps.grade.shape[place], dtype=bool)
+        if axis is not None and axis in within:
+            inside = (values >= within[axis].low) & (values <= within[axis].high)
+        elif axis == "depth" and levels is not None:
+            inside[levels] = True
+        else:
+            inside[cell[place]] = True
+        found = found & along_axis(inside, place)
+    return found
 
 
 def _nearest_whirl(maps: Graded, cell: Cell) -> tuple[str, int] | None:
@@ -1464,11 +1511,12 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
 
 
 def _near(maps: Graded) -> tuple[tuple[str, float, float], ...]:
-    """From and to which value of x points are free on the way in, but stick-slip may last, or
-    borderline: of samples as many as are not allowed elsewhere."""
-    values, found = maps.values(maps.x), []
-    for name, grade in ((STICKS_ON, Grade.STICKS_ON), (BORDERLINE, Grade.BORDERLINE)):
-        at = np.flatnonzero((maps.grade == grade).any(axis=(0, 1)))
+    """From and to which value of x points are free on the way in, but stick-slip may last, or steady drilling is
+    unstable, or borderline: of samples as many as are not allowed elsewhere."""
+    values, found, unstable = maps.values(maps.x), [], only_unstable(maps)
+    lasting = (maps.grade == Grade.STICKS_ON) & ~unstable
+    for name, chosen in ((STICKS_ON, lasting), (UNSTABLE, unstable), (BORDERLINE, maps.grade == Grade.BORDERLINE)):
+        at = np.flatnonzero(chosen.any(axis=(0, 1)))
         if at.size:
             found.append((name, float(values[at[0]]), float(values[at[-1]])))
     return tuple(found)
@@ -1588,6 +1636,7 @@ def data_of(advice: Advice, along: str) -> Answer:
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},
             "swing": seen.swing and {"axis": torque, "from": seen.swing[0], "to": seen.swing[1]},
+            "at": dict(seen.at),
             "above_off_bottom": seen.above_off_bottom,
         }
     found["slowly"], found["started"] = list(advice.slowly), list(advice.started)
@@ -1634,4 +1683,6 @@ def _data_of_border(axis: str, border: Border) -> Answer:
     starts = (
         {} if border.free_from is None else {"free_from": {"starts": border.free_from[0], "of": border.free_from[1]}}
     )
+    if border.not_passed:
+        flags["is_not_passed"] = True
     return {**found, **flags, **starts}

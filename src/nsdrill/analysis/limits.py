@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.analysis.advice import names_of, sticks_to
+from nsdrill.analysis.advice import names_of, only_unstable, sticks_to
 from nsdrill.analysis.graded import Graded
-from nsdrill.analysis.histories import Grade, is_allowed
+from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.planes import Cell
 from nsdrill.analysis.sticking import joined
 from nsdrill.analysis.untried import jumps_of, past
@@ -57,7 +57,7 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
     is_ending = maps.x == SPEED
     # without samples or starts, of which some differ
     others = _others(maps, number, row) if maps.confidence is None and maps.share is None else 0
-    sticks = _sticks(bits, maps.grade[number, row], others)
+    sticks = _sticks(bits, _lasting(maps, number, row), others)
     sticking = np.flatnonzero(
         joined(sticks, bits, maps.grade[number, row] == Grade.UNKNOWN)[:below] if is_ending else sticks
     )
@@ -75,12 +75,7 @@ def end_of_sticking(maps: Graded, number: int, row: int, below: int | None = Non
 
 def _by_model(maps: Graded, number: int, row: int) -> Step | None:
     """Up to where stick-slip lasts in a row of which the model tells it."""
-    values, ways = maps.values(maps.x), maps.bits[:, number, row]
-    is_lasting = (ways & STICK_SLIP > 0) & (ways & WHIRL == 0)  # of a collar on the wall it is the friction there
-    bits = maps.bits_on(maps.way_in)[number, row]
-    is_lasting = is_lasting.any(axis=(0, -1)) | joined(
-        bits & STICK_SLIP > 0, bits, maps.grade[number, row] == Grade.UNKNOWN
-    )
+    values, is_lasting = maps.values(maps.x), _sticking_runs(maps, number, row)
     to = max((sticks_to(maps, (number, row, column)) or 0.0) for column in range(len(values)))
     found = np.flatnonzero(is_lasting | (values <= to))
     if not found.size:
@@ -89,11 +84,36 @@ def _by_model(maps: Graded, number: int, row: int) -> Step | None:
     return Step(float(values[last]), float(values[last + 1]) if last + 1 < len(values) else None)
 
 
-def _sticks(bits: Array, grades: Array, others: Array | int = 0) -> Array:
-    """Where stick-slip is met on the way in, or may last where that is free, by its grade or by the
+def end_in_runs(maps: Graded, number: int, row: int) -> Step | None:
+    """Above the last run of a row [third, y] that sticks, of all ways, starts and samples, along the speed; None where
+    none does. It is all that runs tell of where stick-slip ends, and no more than that."""
+    sticking = np.flatnonzero(_sticking_runs(maps, number, row))
+    if not sticking.size:
+        return None
+    values, last = maps.values(maps.x), int(sticking[-1])
+    known = np.flatnonzero((maps.labels[:, number, row] > Label.UNKNOWN).any(axis=(0, -1)))
+    after = known[known > last]
+    return Step(float(values[last]), float(values[after[0]]) if after.size else None)
+
+
+def _sticking_runs(maps: Graded, number: int, row: int) -> Array:
+    """Where a run of a row sticks; of a collar on the wall it is the friction there, and not told."""
+    ways, bits = maps.bits[:, number, row], maps.bits_on(maps.way_in)[number, row]
+    alone = (ways & STICK_SLIP > 0) & (ways & WHIRL == 0)
+    beside = joined(bits & STICK_SLIP > 0, bits, maps.grade[number, row] == Grade.UNKNOWN)
+    return np.asarray(alone.any(axis=(0, -1)) | beside)
+
+
+def _lasting(maps: Graded, number: int, row: int) -> Array:
+    """Where stick-slip that was started lasts in a row of which the way in is free."""
+    return np.asarray((maps.grade[number, row] == Grade.STICKS_ON) & ~only_unstable(maps)[number, row])
+
+
+def _sticks(bits: Array, lasting: Array, others: Array | int = 0) -> Array:
+    """Where stick-slip is met on the way in, or where that is free is ``lasting``, or among the
     responses on ``others`` of the ways; what vibrates otherwise on the way in bounds what is brought up, whatever
     a start there shows."""
-    lasts = (grades == Grade.STICKS_ON) | (np.asarray(others) & STICK_SLIP > 0)
+    lasts = lasting | (np.asarray(others) & STICK_SLIP > 0)
     return np.asarray((bits & STICK_SLIP > 0) | (lasts & (bits == 0)))
 
 
@@ -116,7 +136,8 @@ def next_limits(maps: Graded, number: int, row: int) -> list[Limit]:
     up."""
     bits, values = maps.bits_on(maps.way_in)[number, row], maps.values(maps.x)
     grades = maps.grade[number, row]
-    sticking = np.flatnonzero(joined(_sticks(bits, grades), bits, grades == Grade.UNKNOWN) & (maps.x == SPEED))
+    lasting = _lasting(maps, number, row)
+    sticking = np.flatnonzero(joined(_sticks(bits, lasting), bits, grades == Grade.UNKNOWN) & (maps.x == SPEED))
     begin = int(sticking[-1]) + 1 if sticking.size else 0
     reached = maps.allowed[number, row] & ~started_only(maps)[number, row]
     is_beyond = ~reached
@@ -180,7 +201,8 @@ def sticking_over_samples(maps: Graded, number: int, row: int) -> Scatter | None
         if np.any(maps.grades[number, row, :, world] == Grade.UNKNOWN):
             continue
         grades = maps.grades[number, row, :, world]
-        sticking = np.flatnonzero(joined(_sticks(bits[:, world], grades), bits[:, world], grades == Grade.UNKNOWN))
+        lasting = grades == Grade.STICKS_ON
+        sticking = np.flatnonzero(joined(_sticks(bits[:, world], lasting), bits[:, world], grades == Grade.UNKNOWN))
         ends.append(values[min(int(sticking[-1]) + 1, len(values) - 1) if sticking.size else 0])
     return _scatter(np.asarray(ends))
 

@@ -10,7 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.advice import Advice, Kind, advise, best_of, is_dry, passed_over, speed_of, sticks_to
+from nsdrill.analysis.advice import (
+    Advice,
+    Kind,
+    advise,
+    best_of,
+    is_dry,
+    only_unstable,
+    passed_over,
+    speed_of,
+    sticks_to,
+)
 from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import TOP_SPEED, after_failure, beyond, known
 from nsdrill.analysis.doubts import doubts_in
@@ -213,7 +223,7 @@ def _stick_slip(maps: Classes) -> Answer:
     ``settings`` with such points: from which to which value of the first axis the last of them
     lie side by side, the greatest ``step`` of the axis up to there, to which speed it lasts, and to which the
     smoothed friction of the runs can have shown it, at none of them where ``is_dry``; or where it
-    begins by itself (``unstable``)."""
+    begins by itself (``unstable``), and at how many of these points runs have ``shown`` a vibration."""
     grades, values, found = maps.grades, maps.values(maps.x), []
     chain = chain_of(maps.results)
     is_known = grades.modelled is not None and bool(grades.modelled.all())
@@ -241,6 +251,7 @@ def _stick_slip(maps: Classes) -> Answer:
                 "is_dry": all(is_dry(grades, (number, row, int(place))) for place in at),
                 "met": up is not None and bool(np.any(maps.bits_in[up][number, row, :first] & STICK_SLIP)),
                 "unstable": grades.unstable is not None and bool(grades.unstable[number, row, at].all()),
+                "shown": int(np.count_nonzero(grades.bits[:, number, row, at].any(axis=(0, -1)))),
             }
         )
     return {
@@ -433,8 +444,10 @@ def _slower(maps: Classes, answer: Advice) -> Answer | None:
 
 def _grades(maps: Classes) -> dict[str, int]:
     """How many points have each grade."""
-    held, grades = from_rest(maps.results), maps.grades.grade[_inside(maps)]
-    found = {grade.words(held): int(np.count_nonzero(grades == grade)) for grade in Grade}
+    held, inside = from_rest(maps.results), _inside(maps)
+    grades, unstable = maps.grades.grade[inside], only_unstable(maps.grades)[inside]
+    found = {grade.words(held): int(np.count_nonzero((grades == grade) & ~unstable)) for grade in Grade}
+    found["steady drilling unstable"] = int(np.count_nonzero(unstable))
     return {words: number for words, number in found.items() if number}
 
 

@@ -501,13 +501,17 @@ def damping_of_torsion(study: Study) -> Damping | None:
 def string_by_depth(study: Study) -> list[dict[str, float]]:
     """What turns the string off bottom, by the equations of its model: the torque at the
     surface less that of the rock, per speed of the string (``drag`` [N m s/rad]); and the ``period`` of its
-    first torsional mode below a held top [s]; at the ends of the ``depth`` [m]; empty where the model does not
+    first torsional mode below a held top [s]; at every ``depth`` [m]; empty where the model does not
     tell it."""
     drilling_at: Any = getattr(checks_of(study.model), "drilling_at", None)
     if drilling_at is None:
         return []
     found = {}
-    for one in _corners(study):
+    depths = study.axes.get("depth")
+    studies = [study]
+    if depths is not None:  # between its ends the period does not grow evenly
+        studies = [replace(study, axes={**study.axes, "depth": np.array([depth])}) for depth in depths]
+    for one in (corner for at_depth in studies for corner in _corners(at_depth)):
         drilling = drilling_at(one.parameters, one.point)
         if one.point.depth not in found and drilling.turns and drilling.speed > 0.0:
             drag = (drilling.torque - drilling.rock_torque) / drilling.speed

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nsdrill.analysis.advice import only_unstable
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.histories import Grade, is_allowed
 from nsdrill.analysis.sticking import from_rest
@@ -104,12 +105,22 @@ def zones(grades: Graded, severity: int | None = None) -> tuple[Zone, ...]:
         ),
         Zone(f"{free} from some starts only", "SOME STARTS\nONLY", SOME_STARTS_COLOUR),
         Zone("borderline: touches, or near a limit", "BORDERLINE", BORDERLINE_COLOUR),
-        Zone("free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST", STICKS_ON_COLOUR),
+        Zone(*_sticking(grades), STICKS_ON_COLOUR),
         Zone("the way in was not run", "", GREY),
         Zone("free, but not drilled: run-up only", "RUN-UP ONLY", GREY),
         Zone("unknown", "UNKNOWN", GREY),
         *(_critical(bits, styles, severity) for bits in range(len(RESPONSES), len(styles))),
     )
+
+
+def _sticking(grades: Graded) -> tuple[str, str]:
+    """What is said of points that are free where stick-slip lasts, or where steady drilling is unstable."""
+    unstable, every = only_unstable(grades), grades.grade == Grade.STICKS_ON
+    if not unstable.any():
+        return "free, but stick-slip, once started, lasts", "STICK-SLIP\nMAY LAST"
+    if np.array_equal(unstable, every):
+        return "free, but steady drilling is unstable", "UNSTABLE"
+    return "free, but stick-slip, once started, lasts, or steady drilling is unstable", "STICK-SLIP\nOR UNSTABLE"
 
 
 def _every(grades: Graded, free: str) -> str:

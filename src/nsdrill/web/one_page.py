@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.advice import RECOMMENDED, STICKS_ON, Advice, First, Kind, is_dry
+from nsdrill.analysis.advice import RECOMMENDED, Advice, First, Kind, is_dry, only_unstable
 from nsdrill.analysis.graded import Graded, graded
 from nsdrill.analysis.grades import lasting
 from nsdrill.analysis.histories import Grade, Label
@@ -24,6 +24,7 @@ from nsdrill.analysis.limits import (
     Scatter,
     Step,
     allowed_over_samples,
+    end_in_runs,
     end_of_sticking,
     limits_of_starts,
     next_limits,
@@ -65,7 +66,7 @@ from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
 from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
 from nsdrill.words.labels import quantity, written
-from nsdrill.words.orders import MOST, Orders
+from nsdrill.words.orders import MOST, NOT_FREE, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, ways_words
 from nsdrill.words.values import ORDER, Formatter, in_order, of_severity, reached
 
@@ -436,16 +437,17 @@ def _sticking(one: Sheet, row: int, at: str) -> tuple[str, str]:
     """Where stick-slip ends in a row ``at`` these words."""
     cell, maps, fmt, axis = one.advice.cell, one.maps, one.fmt, one.maps.x
     step = end_of_sticking(maps, one.plane, row, None if cell is None else cell[2])
+    in_runs = end_in_runs(maps, one.plane, row) if axis == SPEED else None
+    if in_runs is not None and (step is None or _is_untold(one) or not step.is_known):
+        met = "in the runs it goes on to the end of the map"
+        met = met if in_runs.next is None else f"in the runs it ended at {_step(fmt, axis, in_runs)}"
+        alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
+        return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     if step is None:
         begins = fmt.value(axis, float(maps.values(axis)[0]))
         if _is_untold(one) and axis == SPEED:
             return "not known", f"to which speed stick-slip, once started, lasts{at}; none was met from {begins} up"
         return _without_sticking(one, row), f"no stick-slip is known{at}, from {begins} up"
-    if axis == SPEED and (_is_untold(one) or not step.is_known):
-        met = "in the runs it goes on to the end of the map"
-        met = met if step.next is None else f"in the runs it ended at {_step(fmt, axis, step)}"
-        alone = _by_torsion_alone(one, row).replace("by torsion alone at", "torsion alone gives")
-        return "not known", f"to which speed stick-slip, once started, lasts{at}; {met}{alone}"
     words = f"stick-slip {'ends' if axis == SPEED else 'begins'}, {_on_the_way(one)}{at}"
     if not _is_met(one, row, step):
         of = " of dry friction" if _is_dry(one, row, step) else ""
@@ -534,7 +536,7 @@ def _stops(one: Sheet) -> Iterator[tuple[str, str]]:
     rows = ", at one weight or another" if one.maps.y == "wob" else ""
     found = [
         *((ends, f"{one.responses[name].words} {_on_the_way(one)}") for name, *ends in one.advice.stops),
-        *((ends, "stick-slip, once started, may last") for name, *ends in one.advice.near if name == STICKS_ON),
+        *((ends, NOT_FREE[name]) for name, *ends in one.advice.near if name in NOT_FREE),
     ]
     for ends, words in found[:MOST_STOPS]:
         yield one.fmt.named(one.maps.x, one.fmt.range(one.maps.x, ends)), f"{words}{rows}"
@@ -783,7 +785,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = span(step) if step.next is not None else f"above {span(step)}"
         ends = f"from {ends}" if step.last is None else ends
     if step is not None and maps.x == SPEED and (is_untold or not step.is_known):
-        ends = f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}"
+        met_to = end_in_runs(one.whole, number, row)
+        ends = "not known" if met_to is None else f"not known, met at {one.fmt.number(maps.x, met_to.last or 0.0)}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:
@@ -806,7 +809,11 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         )
         return text or "critical"
 
+    unstable = [float(value) for value in values[only_unstable(one.whole)[number, row]]]
+
     def words(limit: Limit) -> str:
+        if limit.step.next in unstable:
+            return f"steady drilling unstable {'from ' if limit.step.last is None else ''}{span(limit.step)}"
         return f"{met(limit)} {'from ' if limit.step.last is None else ''}{span(limit.step)}"
 
     told, place = [], int(np.flatnonzero(past)[0]) if past.any() else len(values)

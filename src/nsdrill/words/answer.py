@@ -609,6 +609,9 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """Critical speeds that the sweep passes over, or may jump across."""
     over = summary["passed_over"]
+    # where each speed is swept by itself, the setting may lie below, and other points above
+    others = [one for one in summary["lasting_motions"] if one.get("each") and one["from"] is not None]
+    over = [*over, *(one for one in others if one["name"] not in {each["name"] for each in over})]
     least = fmt.value("rotary_speed", begin_below(over)) if over else ""
     for speed in over:
         axis, begins = speed["axis"], "THE SWEEP BEGINS at"
@@ -618,8 +621,8 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
             f"{begins} {fmt.value(axis, speed['from'])}, above {speed['words']}, "
             f"{fmt.range(axis, [speed['min'], speed['max']])}"
             f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
-            "passes through that: a point that is safe here need not be safe then."
-            f"{'' if speed['each'] else f' Begin the sweep below {least}.'}"
+            f"passes through that: a point {'above it ' if speed['each'] else ''}that is safe here need not be safe "
+            f"then.{'' if speed['each'] else f' Begin the sweep below {least}.'}"
         )
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import islice
 
-from nsdrill.analysis.advice import STICKS_ON, Border, First, Kind, Recovery, WayIn
+from nsdrill.analysis.advice import STICKS_ON, UNSTABLE, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
 from nsdrill.words.trial_words import corner_words, disturbances, slowed_to, ways_words
@@ -17,6 +17,10 @@ MOST = 5
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
 FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
+NOT_FREE = {  # of points that are free in the runs, why they are not
+    STICKS_ON: "stick-slip, once started, may last",
+    UNSTABLE: "steady drilling is unstable",
+}
 _OTHER_ORDER = {SPEED_FIRST: WEIGHT_FIRST, WEIGHT_FIRST: SPEED_FIRST}
 
 
@@ -157,6 +161,8 @@ class Orders(Words):
             return
         torque = fmt.on_gauge(TORQUE, seen.torque)
         watch = f"Watch the torque{' above that off bottom' if seen.above_off_bottom else ''}:"
+        if where := self.seen_at().removeprefix(" "):
+            watch += f" {where},"
         text = f"{watch} steady near {torque}."
         if seen.swing is not None:
             text = f"{watch} it swings {fmt.on_gauge(TORQUE, *seen.swing)} there."
@@ -164,7 +170,9 @@ class Orders(Words):
             swings = fmt.on_gauge(TORQUE, *seen.sticking)
             period = period_words(seen)
             cure = f"first {remedy}; if it goes on, {self.again}" if (remedy := self._remedy()) else self.again
-            text += f" If it swings ({swings}{period}, as met{self.met_at(seen.sticking_at)}) it is stick-slip: {cure}."
+            at = self.met_at(seen.sticking_at)
+            met = at + (self.seen_at().replace(" at ", " and ", 1) if at else self.seen_at())
+            text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.least_acceleration is not None:
             shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.on_gauge(TORQUE, seen.whirling)
@@ -313,15 +321,15 @@ class Orders(Words):
             at = self.fmt.named(self.along, self.fmt.range(self.along, [low, high]))
             yield f"Do not run at {at}: there it {self.responses[name].does}{others}."
         for name, low, high in self.advice.near:
-            if name == STICKS_ON:
+            if name in NOT_FREE:
                 at = self.fmt.named(self.along, self.fmt.range(self.along, [low, high]))
-                yield f"Do not run at {at}: stick-slip, once started, may last there{others}."
+                yield f"Do not run at {at}: {NOT_FREE[name]} there{others}."
 
     def _is_among_forbidden(self) -> bool:
         """Whether the best of what is not safe, which the answer names as a hint, lies among what is forbidden at one
         value or another of the other axis."""
         value, advice = self.advice.point.get(self.along), self.advice
-        found = [*advice.stops, *(one for one in advice.near if one[0] == STICKS_ON)]
+        found = [*advice.stops, *(one for one in advice.near if one[0] in NOT_FREE)]
         return value is not None and any(low <= value <= high for _, low, high in found)
 
     def _is_near(self, wall: tuple[float, float]) -> bool:

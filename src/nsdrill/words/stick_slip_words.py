@@ -29,10 +29,14 @@ def sticking_texts(summary: Answer, fmt: Formatter) -> Iterator[str]:
         first = max(settings, key=lambda one: one["to"] - one["from"])
         where, axis = ", ".join(fmt.value(name, value) for name, value in first["at"].items()), first["axis"]
         if first["unstable"]:
+            grows = "a vibration grows there by itself"
+            if shown := first["shown"]:  # which the severity allows
+                grows += f", and the runs show it at {count(shown, 'point')}"
+            else:
+                grows += ", more slowly than the runs are long"
             yield (
                 f"STEADY DRILLING IS UNSTABLE, as{f' at {where},' if where else ''} "
-                f"{fmt.range(axis, [first['from'], first['to']])}: a vibration grows there by itself, more slowly than "
-                "the runs are long. These points are not allowed."
+                f"{fmt.range(axis, [first['from'], first['to']])}: {grows}. These points are not allowed."
             )
             return
         lasts, to = first["lasts_to"], "at every speed"

@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.analysis.advice import (
     BORDERLINE,
     STICKS_ON,
+    UNSTABLE,
     Advice,
     Border,
     First,
@@ -42,7 +43,7 @@ NOT_RUN = "with the speed first it was not run"
 CUT_SHORT = "trials were interrupted, and those that are missing may withdraw it"
 NOTHING_ABOVE = "nothing is known above"
 SLOW = 0.5 * pi / 30  # rad/s^2: a way in at half an rpm/s or less is not quick
-_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last"}
+_NEAR = {BORDERLINE: "near a limit", STICKS_ON: "stick-slip may last", UNSTABLE: "steady drilling unstable"}
 _SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier")}
 
 
@@ -148,8 +149,11 @@ class Words:
             return f"bring up to {self.setting()} from below{'' if self._is_off_bottom else crossed}"
         rest = {axis: value for axis, value in point.items() if axis not in ("wob", "depth")}
         where = f" at {self.fmt.setting(rest, rest)}" if rest else ""
+        way = self.advice.way_in
+        is_first = way is not None and way.from_weight is not None and point["wob"] <= way.from_weight * (1.0 + 1e-9)
+        raised = "set" if is_first else "raise the weight to"
         return (
-            f"raise the weight to {self.fmt.value('wob', point['wob'])}{where}"
+            f"{raised} {self.fmt.value('wob', point['wob'])}{where}"
             + (f" with {self.fmt.setting(at, at)}" if at else "")
             + crossed
         )
@@ -869,6 +873,8 @@ class Words:
             return f"at {self.wall_range(self.advice.way_in)} off bottom the collar reaches the wall"
         if border.by_trial:
             return f"{at} it {verbs or 'stalls'} in a trial"
+        if border.not_passed:
+            return f"{at} it is not known: nothing was brought up through {border.not_passed}"
         if border.is_jumped:
             return f"{at} it is not known: a step to there may jump across a vibration"
         if border.is_gap:
@@ -1024,7 +1030,7 @@ class Words:
         then += self._set_in()
         if advice.trials is not None and advice.trials.held is not None:
             then = f"within {advice.trials.held[1]:g} s {then}"
-        if way.from_weight is not None:
+        if way.from_weight is not None and (wob is None or wob > way.from_weight * (1.0 + 1e-9)):
             then = f"raise the weight from {fmt.value('wob', way.from_weight)}"
             then += f" to {fmt.value('wob', wob)}" if wob is not None else ""
             then += f", through {self.crossed()}" if way.crossed else ""
@@ -1264,17 +1270,28 @@ class Words:
         """At which speed that was met of which the torque is told."""
         return "" if speed is None else f" at {self.fmt.value('rotary_speed', speed)}"
 
+    def seen_at(self) -> str:
+        """Of an answer that holds over several weights or depths at which of them the torque was read: `` at 3000 m``;
+        at others it is another one."""
+        seen, depths = self.advice.surface, self.advice.depths
+        assert seen is not None
+        ranges = {axis: (one.low, one.high) for axis, one in self.advice.stay_within.items()}
+        ranges |= {"depth": (depths.first, depths.last)} if depths is not None else {}
+        told = [axis for axis in in_order(seen.at) if axis in ranges and ranges[axis][0] < ranges[axis][1]]
+        return f" at {listed([self.fmt.value(axis, seen.at[axis]) for axis in told])}" if told else ""
+
     def _at_surface(self) -> str:
         seen, fmt = self.advice.surface, self.fmt
         assert seen is not None
         assert seen.torque is not None
         steady = "steady" if seen.swing is None else f"swinging {fmt.range(TORQUE, list(seen.swing))}"
         above = ", above the torque off bottom" if seen.above_off_bottom else ", torque off bottom included"
-        text = f"Surface{above}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
+        where = f"Surface{self.seen_at()}{above}"
+        text = f"{where}: free {fmt.value(TORQUE, seen.torque)}, {steady}"
         if (met := self.advice.vibrates) is not None:
             shown = "which swings too little to show it" if seen.swing is None else steady
             did = self.verbs_of(met.ways[0].responses) or "vibrates"
-            text = f"Surface{above}: as it {did} {fmt.value(TORQUE, seen.torque)}, {shown}"
+            text = f"{where}: as it {did} {fmt.value(TORQUE, seen.torque)}, {shown}"
         if seen.sticking is not None:
             text += f"; stick-slip{self.met_at(seen.sticking_at)} swings {fmt.range(TORQUE, list(seen.sticking))}"
             text += period_words(seen) or "; how often was not measured"
