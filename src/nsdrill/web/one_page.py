@@ -64,6 +64,7 @@ from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
 from nsdrill.words.answer import (
+    headlines,
     needed_for_words,
     of_drag,
     of_lumped,
@@ -193,21 +194,8 @@ def one_page(
         raise Refusal("one_page", f"with {len(sheets)} files", "with one or two")
     names = _names(sheets, labels)
     first = sheets[0]
-    do, do_not = first.orders.do(_with_control(first)), first.orders.do_not()
-    helps = _helps(first)
-    if first.orders.is_withdrawn:
-        do = [*helps[: MOST - len(do)], *do]
-    if first.advice.kind == Kind.UNKNOWN:
-        do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
-        do_not = [f"Do not {'drill' if first.drills else 'work'} by this page: it names no limit."]
-    if do and first.advice.kind == Kind.HINT and not first.orders.is_withdrawn:  # whose orders have it
-        do = [do[0], *helps[:1], *do[1:]][:MOST]
-    changed = "assembly, the drive or the map changed and run again before drilling"
-    have = f"Have the {changed if first.drills else 'model or the map changed and run again'}."
-    do = do or helps or [have]
-    if first.orders.is_withdrawn and not helps:
-        do = [have, *do]
-    confirm = first.orders.to_confirm(_with_control(first), MOST - len(do))
+    given = [_given(one) for one in sheets]
+    do, confirm = given[0].do, given[0].confirm
     below = _of_model(first)  # told there in any case
     told = [in_rig_words(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
@@ -218,19 +206,19 @@ def one_page(
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
-    small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
+    small = [*_told_of_trials(first), *told[: shown_first(told)], *_told_of_others(sheets, names), _rest(told, first)]
     is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
-    lines = [*do, *([CONFIRM.format("")] if confirm else []), *confirm]
+    switched = _switched(sheets, names)
+    above += [*names, *([switched] if switched else [])]  # headings of orders, and what stands below them
     scale, room = _scale(
         paper,
-        lines,
-        do_not,
+        [one.columns for one in given],
         small,
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_jumps(sheets, names)],
     )
-    is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm
+    is_setting = _is_setting(first)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
         whose += f"<div class='whose'>{escaped(CONFIRM.format(first.orders.not_yet))}</div>"
@@ -243,9 +231,9 @@ def one_page(
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in filled.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
         f"{escaped(first.orders.sentence())}{beside}</div>",
-        f"<div class='cols'><div>{_list('do', 'DO', do)}",
-        _list("try", CONFIRM.format(first.orders.not_yet), confirm, len(do)) if confirm else "",
-        f"</div>{_list('dont', 'DO NOT', do_not)}</div>",
+        *(_lists(one, mark) for one, mark in zip(given, _marks(names), strict=True)),
+        f"<p class='switched'>{escaped(switched)}</p>" if switched else "",
+        f"<p class='note'>The three numbers and the map: {escaped(names[0])} only.</p>" if len(sheets) > 1 else "",
         "<div class='numbers'>",
         *(f"<div><b>{escaped(value)}</b>{escaped(words)}</div>" for value, words in _numbers(first)),
         f"</div><div class='map'>{_map(first, room)}</div>",
@@ -256,6 +244,86 @@ def one_page(
     ]
     style = f"{static('one_page.css').decode()}@page {{ size: {paper}; }}\n"
     return sheet(first.title, style, "\n".join(body), paper.lower())
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is ordered of one file, what is to be confirmed under which heading, and what is not to be done."""
+
+    do: list[str]
+    heading: str
+    confirm: list[str]
+    do_not: list[str]
+
+    @property
+    def columns(self) -> tuple[list[str], list[str]]:
+        """The lines of both columns."""
+        return [*self.do, *([self.heading, *self.confirm] if self.confirm else [])], self.do_not
+
+
+def _given(one: Sheet) -> Given:
+    """What is ordered of a file; of one that orders nothing, what is to be done before it can be."""
+    do, do_not = one.orders.do(_with_control(one)), one.orders.do_not()
+    helps = _helps(one)
+    if one.orders.is_withdrawn:
+        do = [*helps[: MOST - len(do)], *do]
+    if one.advice.kind == Kind.UNKNOWN:
+        do = [f"Have the runs that failed or are missing run again{' before drilling' if one.drills else ''}."]
+        do_not = [f"Do not {'drill' if one.drills else 'work'} by this page: it names no limit."]
+    if do and one.advice.kind == Kind.HINT and not one.orders.is_withdrawn:  # whose orders have it
+        do = [do[0], *helps[:1], *do[1:]][:MOST]
+    changed = "assembly, the drive or the map changed and run again before drilling"
+    have = f"Have the {changed if one.drills else 'model or the map changed and run again'}."
+    do = do or helps or [have]
+    if one.orders.is_withdrawn and not helps:
+        do = [have, *do]
+    confirm = one.orders.to_confirm(_with_control(one), MOST - len(do))
+    return Given(do, CONFIRM.format(one.orders.not_yet), confirm, do_not)
+
+
+def _marks(names: Sequence[str]) -> list[str]:
+    """For which file orders hold, as a heading says it; of one file alone nothing."""
+    return [f" \N{EN DASH} {name} only" for name in names] if len(names) > 1 else [""]
+
+
+def _lists(given: Given, mark: str) -> str:
+    """The orders of a file, with the ``mark`` of what they hold for."""
+    confirm = _list("try", f"{given.heading}{mark}", given.confirm, len(given.do)) if given.confirm else ""
+    do, do_not = _list("do", f"DO{mark}", given.do), _list("dont", f"DO NOT{mark}", given.do_not)
+    return f"<div class='cols'><div>{do}{confirm}</div>{do_not}</div>"
+
+
+def _is_setting(one: Sheet) -> bool:
+    """Whether a page recommends a setting, which is more than a hint."""
+    return one.advice.kind in RECOMMENDED and not one.orders.is_to_confirm and not one.orders.is_withdrawn
+
+
+def _switched(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
+    """What holds when a control is switched that one of two drives has; "" where none is."""
+    kinds = [drive_kind(one.results.attrs) for one in sheets]
+    control = next((written(kind) for kind in reversed(kinds) if kind in SWITCHED), "")
+    if len(set(kinds)) < 2 or not control:
+        return ""
+    when = f"When the {control} is switched off or on, or fails"
+    unlike = [name for one, name in zip(sheets, names, strict=True) if not _is_setting(one)]
+    if unlike:
+        return (
+            f"{when}: nothing is ordered to drill by with the {' or the '.join(unlike)}. Pick up and stop the rotation."
+        )
+    ends = [one.advice.ends for one in sheets]
+    shared = (
+        {axis: (max(one[axis][0] for one in ends), min(one[axis][1] for one in ends)) for axis in ends[0]}
+        if all(one.keys() == ends[0].keys() for one in ends)
+        else {}
+    )
+    if not shared or any(low > high for low, high in shared.values()):
+        return f"{when}: no setting is ordered with both. Pick up, stop the rotation, and come in by the other orders."
+    fmt = sheets[0].fmt
+    within = " and ".join(fmt.range_inwards(axis, *shared[axis]) for axis in in_order(shared))
+    return (
+        f"{when}: from then on the other orders hold. Only {within} is ordered with both; outside that pick up, stop "
+        "the rotation, and come in by the other orders. No run switches it while drilling."
+    )
 
 
 def _with_control(one: Sheet) -> str:
@@ -843,6 +911,16 @@ def _told_of_trials(one: Sheet) -> list[str]:
     return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 
+def _told_of_others(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
+    """How the trials of the second file ended, and of what its report warns."""
+    for one, name in zip(sheets[1:], names[1:], strict=True):
+        told = [
+            *_told_of_trials(one),
+            *([f"WARNINGS: {'; '.join(found)}."] if (found := headlines(one.window, one.units)) else []),
+        ]
+        yield from (f"{name[:1].upper()}{name[1:]}: {text}" for text in told)
+
+
 def _bold(text: str) -> str:
     """A warning with its words in capitals in bold."""
     head, colon, rest = text.partition(":")
@@ -881,16 +959,18 @@ MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
 def _scale(
     paper: str,
-    do: Sequence[str],
-    do_not: Sequence[str],
+    orders: Sequence[tuple[Sequence[str], Sequence[str]]],
     small: Sequence[str],
     cells: Sequence[Sequence[str]],
     others: Sequence[str],
 ) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table,
-    of which the first row is its headings, and ``others``, whole lines; and the room of the map [mm]."""
+    """The number of the largest type with which the map keeps its least height beside the two columns of ``orders`` of
+    each file, the ``cells`` of the table, of which the first row is its headings, and ``others``, whole lines; and the
+    room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
-        lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
+        lines = sum(
+            max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in columns) for columns in orders
+        )
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
         more = sum(-(-len(text) // int(ROW_WIDE / scale)) for text in others)
         table = sum(ROW_LINE * rows + ROW_GAP for rows in (HEADINGS, *_row_lines(cells, ROW_WIDE / scale)))
