@@ -76,7 +76,7 @@ from nsdrill.words.answer import (
 )
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, ways_words
+from nsdrill.words.trial_words import best_trials, best_words, change_words, corner_words, ways_words
 from nsdrill.words.values import ORDER, Formatter, in_order, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -216,7 +216,7 @@ def one_page(
         [one.columns for one in given],
         small,
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
-        [*above, *_jumps(sheets, names)],
+        [*above, *_notes(sheets, names)],
     )
     is_setting = _is_setting(first)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
@@ -546,8 +546,27 @@ def _by_torsion_alone(one: Sheet, row: int) -> str:
     here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
     for early in one.window[ENDS_EARLY] or ():
         if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
-            return f"; by torsion alone at {one.fmt.range(SPEED, early['alone']['value'])}"
+            alone = one.fmt.range(SPEED, early["alone"]["value"])
+            return f"; by torsion alone at {alone}{_taken_away(early)}{_is_below(one, early['alone']['value'])}"
     return ""
+
+
+def _taken_away(early: Answer) -> str:
+    """What ended stick-slip in the runs below where torsion alone ends it: why there are two numbers."""
+    if early["surface_amplitude"]["value"] > 0.0:
+        return ", before which in the runs the lobes shake it off"
+    if early["contact"]:
+        return ", before which in the runs the collar at the wall may take it away"
+    return ", before which a step of the sweep ended it"
+
+
+def _is_below(one: Sheet, ends: Sequence[float]) -> str:
+    """That the setting lies below where torsion alone ends stick-slip."""
+    speed = one.advice.point.get(SPEED)
+    if speed is None or speed >= max(ends):
+        return ""
+    what = "hint" if one.orders.is_to_confirm else "setting"
+    return f"; the {what}, {one.fmt.value(SPEED, speed)}, lies below that"
 
 
 def _is_met(one: Sheet, row: int, step: Step) -> bool:
@@ -557,6 +576,18 @@ def _is_met(one: Sheet, row: int, step: Step) -> bool:
     place = int(np.searchsorted(maps.values(maps.x), sticks if sticks is not None else np.inf))
     bits = maps.bits_on(maps.way_in)[one.plane, row, place : place + 1]
     return bool(np.all(bits & STICK_SLIP > 0))
+
+
+def _met_on(one: Sheet, row: int, step: Step) -> str:
+    """On which other ways it sticks at the end of this ``step`` where the way in is free: beside what is free there
+    a bare number contradicts it."""
+    maps = one.maps
+    if step.last is None or _is_met(one, row, step):
+        return ""
+    place = int(np.searchsorted(maps.values(maps.x), step.last))
+    sticks = [way for way in maps.ways if bool(np.any(maps.bits_on(way)[one.plane, row, place] & STICK_SLIP))]
+    told = [reached((way,), maps.along, from_rest=one.advice.from_rest) for way in sticks]
+    return f" when {' or '.join(dict.fromkeys(told))}" if told else ""
 
 
 def _bound(one: Sheet) -> str:
@@ -708,7 +739,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     more = f" ({len(rows)} of {total})" if total > len(rows) else ""
     way = "brought up at" if first.is_brought_up else "at"
     way += "" if first.maps.y is None or first.maps.y in ORDER else f" {first.fmt.name(first.maps.y)}"
-    note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
+    note = "".join(f"<p class='note'>{escaped(text)}</p>" for text in _notes(sheets, names))
     return f"<table>{top}<tr><th>{escaped(way)}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
 
 
@@ -735,6 +766,22 @@ def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             told = " and ".join(dict.fromkeys(one.orders.over(jump) for jump in jumps_of(one.maps)))
             text = f"not known to be free when brought up: {told}"
             yield f"{name}: {text}" if len(sheets) > 1 else text
+
+
+def _notes(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
+    """What stands below the table: what its mark means, and why trials have other limits than its rows."""
+    yield from (f"{JUMPED} {text}." for text in _jumps(sheets, names))
+    for one, name in zip(sheets, names, strict=True):
+        found = one.advice.trials
+        if found is None or not found.bad_corners or not _has_orders(one):
+            continue
+        corners = " and ".join(dict.fromkeys(corner_words(trial, one.fmt) for trial in found.bad_corners[:2]))
+        whose = f"{name}: s" if len(sheets) > 1 else "S"
+        yield (
+            f"{whose}tick-slip and next limit: each speed held, in the map. Trials raise and lower the speed or the "
+            f"weight, and vibrate where the map is free, as at {corners} (\N{MULTIPLICATION SIGN} in the map); what "
+            "is ordered keeps away from both."
+        )
 
 
 def _headings(sheets: Sequence[Sheet]) -> list[str]:
@@ -828,7 +875,7 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = span(step) if step.next is not None else f"above {span(step)}"
         ends = f"from {ends}" if step.last is None else ends
     if step is not None and maps.x == SPEED and (is_untold or not step.is_known):
-        ends = f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}"
+        ends = f"not known, met at {one.fmt.number(maps.x, step.last or 0.0)}{_met_on(one, row, step)}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:
