@@ -12,10 +12,11 @@ from matplotlib.transforms import Bbox
 from seen import artists, legend_words, maps
 
 from nsdrill import figures
+from nsdrill.analysis.advice import Unsettled
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.fitting import Measured
 from nsdrill.analysis.maps import classes
-from nsdrill.analysis.trials import TO_CORNER, Outcome, Trial, Trials, Way
+from nsdrill.analysis.trials import SPEED_FIRST, TO_CORNER, WEIGHT_FIRST, Outcome, Trial, Trials, Way
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
@@ -70,6 +71,27 @@ def test_corners_that_vibrated_in_trials_are_marked(both):
     [axes] = maps(figure := figures.draw(both, "window"))
     assert not artists(axes, "vibrated")
     assert "vibrated in a trial: keep away" not in legend_words(figure)
+
+
+@pytest.mark.parametrize("is_withdrawn", [True, False])
+def test_green_that_nobody_may_take_as_leave_is_pale_and_hatched(both, is_withdrawn):
+    """Where trials withdraw the setting, or its runs had not settled, the page forbids every setting of the map; it was
+    painted as one that is recommended."""
+    found = find_window(both)["answer"]
+    ways = tuple(Trial(name, Way.IN, Outcome.VIBRATES, ("whirl",), rate=1.0) for name in (WEIGHT_FIRST, SPEED_FIRST))
+    unsettled = replace(found, unsettled=Unsettled(points=1, of=4, here=False, beside=0, short=False))
+    tried = confirmed(found, Trials(ways)) if is_withdrawn else unsettled
+    words = "withdrawn by trials: not to drill by" if is_withdrawn else "not settled: not to drill by"
+    [axes] = maps(figure := figures.draw(both, "window", tried=tried))
+    [area] = artists(axes, "revoked")
+    allowed = classes(both).grades.allowed[0]
+    np.testing.assert_array_equal(covered(area, both["rotary_speed"], both["wob"] / 1e3), allowed)
+    assert len(artists(axes, "revoked:veil")) == 1
+    assert words in legend_words(figure)
+    assert not artists(axes, f"area:{ALLOWED}"), "no word calls it free"
+    [axes] = maps(figure := figures.draw(both, "window", tried=replace(found, unsettled=None)))
+    assert not artists(axes, "revoked")
+    assert words not in legend_words(figure)
 
 
 def test_white_hatching_is_free_only_when_lowered(both):

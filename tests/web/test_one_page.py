@@ -381,6 +381,34 @@ def test_a_page_of_two_files_has_the_answer_of_both():
     assert f"new: {sheets[1].orders.sentence()}" in page
 
 
+def of_two(study: str, other: str, down: tuple[list[str], list[str]] = (ROLLS, FREE), up: list[str] = FREE) -> str:
+    """The words of the page of two files with these drives, the second brought ``up`` so."""
+    sheets = []
+    for drive, one in ((study, made(WALL, up=FREE, down=down[0])), (other, made(WALL, up=up, down=down[1]))):
+        text = f"sweep: {{rotary_speed: [70 rpm, 80 rpm], procedure: all}}\ndrive: {{kind: {drive}}}"
+        resolved = json_text(parse_study(text).resolved)
+        sheets.append(Sheet(replace(one, attrs={**one.attrs, "study_resolved": resolved}), "field", "x.h5"))
+    body = re.sub(r"<style>.*?</style>", "", one_page(sheets, "A4", {}), flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
+
+
+def test_each_of_two_drives_has_its_orders_and_a_sentence_on_switching():
+    """The orders were those of the stiff drive, without a word for which drive they hold."""
+    said = of_two("stiff", "soft_torque")
+    first, second = said.index("DO \N{EN DASH} stiff drive only"), said.index("DO \N{EN DASH} soft torque drive only")
+    assert first < said.index("DO NOT \N{EN DASH} stiff drive only") < second
+    assert second < said.index("DO NOT \N{EN DASH} soft torque drive only")
+    assert second < said.index("Soft torque on. "), "only where it is on"
+    assert "When the soft torque is switched off or on, or fails: from then on the other orders hold." in said
+    assert "10 to 30 klbf and 80 to 120 rpm is ordered with both" in said
+
+
+def test_a_drive_for_which_nothing_is_ordered_says_what_to_do_when_it_is_switched():
+    said = of_two("soft_torque", "stiff", up=["wwwwwww"] * 5)
+    assert "nothing is ordered to drill by with the stiff drive. Pick up and stop the rotation." in said
+    assert "switched" not in of_two("stiff", "stiff"), "no drive is switched"
+
+
 def of_wall(low_side: str | None = None, ends: tuple[float, float | None] | None = None) -> dict:
     found = None if ends is None else {"axis": "rotary_speed", "from": ends[0], "to": ends[1]}
     return {WALL_OFF_BOTTOM: json_text({"low_side": low_side, "range": found})}

@@ -918,6 +918,14 @@ def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int, levels: slice 
     return Stretch(float(values[first]), float(values[last]), below, above)
 
 
+def _not_passed(maps: Graded, there: Cell, seen_from: Cell) -> str:
+    """The critical speed above which an allowed point lies, and the point from which it is seen does not; else ""."""
+    if not maps.allowed[there] or passed_over(maps, seen_from):
+        return ""
+    over = passed_over(maps, there)
+    return str(over[0]["words"]) if over else ""
+
+
 def _border(
     maps: Graded, cell: Cell, place: int, index: int, levels: slice | None = None, seen_from: Cell | None = None
 ) -> Border:
@@ -954,7 +962,6 @@ def _border(
     gaps = tuple(one for one in jumps if one.motion is None)
     is_gap = bool(maps.allowed[there]) and not without_jumps(maps, gaps, seen_from or cell)[there]
     is_near = without_jumps(maps, jumps, seen_from or cell)[there]
-    over = passed_over(maps, there) if maps.allowed[there] and not passed_over(maps, seen_from or cell) else []  # type: ignore[arg-type]
     is_jumped = bool(maps.allowed[there]) and grade != Grade.FROM_START and not is_near and not is_gap
     return Border(
         float(values[index]),
@@ -963,7 +970,7 @@ def _border(
         sticks_to=to,
         is_dry=to is not None and is_dry(maps, there),  # type: ignore[arg-type]
         by_trial=there in maps.in_trials,
-        not_passed=over[0]["words"] if over else "",
+        not_passed=_not_passed(maps, there, seen_from or cell),  # type: ignore[arg-type]
         is_jumped=is_jumped,
         is_gap=is_gap,
         is_started=is_started,

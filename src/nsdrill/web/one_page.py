@@ -64,10 +64,19 @@ from nsdrill.text.studied import ALWAYS_SHOWN, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
-from nsdrill.words.answer import needed_for_words, of_drag, of_lumped, of_unmodelled, shown_first, warnings, would_help
+from nsdrill.words.answer import (
+    headlines,
+    needed_for_words,
+    of_drag,
+    of_lumped,
+    of_unmodelled,
+    shown_first,
+    warnings,
+    would_help,
+)
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, NOT_FREE, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, ways_words
+from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, corner_words, ways_words
 from nsdrill.words.values import ORDER, Formatter, in_order, of_severity, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -191,21 +200,8 @@ def one_page(
         raise Refusal("one_page", f"with {len(sheets)} files", "with one or two")
     names = _names(sheets, labels)
     first = sheets[0]
-    do, do_not = first.orders.do(_with_control(first)), first.orders.do_not()
-    helps = _helps(first)
-    if first.orders.is_withdrawn:
-        do = [*helps[: MOST - len(do)], *do]
-    if first.advice.kind == Kind.UNKNOWN:
-        do = [f"Have the runs that failed or are missing run again{' before drilling' if first.drills else ''}."]
-        do_not = [f"Do not {'drill' if first.drills else 'work'} by this page: it names no limit."]
-    if do and first.advice.kind == Kind.HINT and not first.orders.is_withdrawn:  # whose orders have it
-        do = [do[0], *helps[:1], *do[1:]][:MOST]
-    changed = "assembly, the drive or the map changed and run again before drilling"
-    have = f"Have the {changed if first.drills else 'model or the map changed and run again'}."
-    do = do or helps or [have]
-    if first.orders.is_withdrawn and not helps:
-        do = [have, *do]
-    confirm = first.orders.to_confirm(_with_control(first), MOST - len(do))
+    given = [_given(one) for one in sheets]
+    do, confirm = given[0].do, given[0].confirm
     below = _of_model(first)  # told there in any case
     told = [in_rig_words(text) for text in warnings(first.window, first.units) if text not in below]
     told = [text for text in told if not text.startswith("FEW WAYS IN")]  # which the trials tell
@@ -216,21 +212,21 @@ def one_page(
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
-    small = [*_told_of_trials(first), *told[: shown_first(told)], _rest(told, first)]
+    small = [*_told_of_trials(first), *told[: shown_first(told)], *_told_of_others(sheets, names), _rest(told, first)]
     is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
-    lines = [*do, *([CONFIRM.format("")] if confirm else []), *confirm]
+    switched = _switched(sheets, names)
+    above += [*names, *([switched] if switched else [])]  # headings of orders, and what stands below them
     scale, room = _scale(
         paper,
-        lines,
-        do_not,
+        [one.columns for one in given],
         small,
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
-        [*above, *_jumps(sheets, names)],
+        [*above, *_notes(sheets, names)],
     )
     now = first.orders.as_it_is
     beside_now = f" ({now})" if now else ""
-    is_setting = first.advice.kind in RECOMMENDED and not first.orders.is_to_confirm and not first.advice.is_lax
+    is_setting = _is_setting(first)
     whose = f"<div class='whose'>{escaped(names[0])}</div>" if len(sheets) > 1 else ""
     if is_named_hint:
         whose += f"<div class='whose'>{escaped(CONFIRM.format(first.orders.not_yet))}</div>"
@@ -247,9 +243,9 @@ def one_page(
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in filled.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
         f"{escaped(first.orders.sentence())}{beside}</div>",
-        f"<div class='cols'><div>{_list('do', 'DO', do)}",
-        _list("try", CONFIRM.format(first.orders.not_yet), confirm, len(do)) if confirm else "",
-        f"</div>{_list('dont', ', '.join(filter(None, ('DO NOT', now))), do_not)}</div>",
+        *(_lists(one, mark) for one, mark in zip(given, _marks(names), strict=True)),
+        f"<p class='switched'>{escaped(switched)}</p>" if switched else "",
+        f"<p class='note'>The three numbers and the map: {escaped(names[0])} only.</p>" if len(sheets) > 1 else "",
         "<div class='numbers'>",
         *(f"<div><b>{escaped(value)}</b>{escaped(words + beside_now)}</div>" for value, words in _numbers(first)),
         f"</div><div class='map'>{_map(first, room)}</div>",
@@ -260,6 +256,90 @@ def one_page(
     ]
     style = f"{static('one_page.css').decode()}@page {{ size: {paper}; }}\n"
     return sheet(first.title, style, "\n".join(body), paper.lower())
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is ordered of one file, what is to be confirmed under which heading, and what is not to be done; with the
+    string ``as_it_is`` where a change of it is ordered."""
+
+    do: list[str]
+    heading: str
+    confirm: list[str]
+    do_not: list[str]
+    as_it_is: str
+
+    @property
+    def columns(self) -> tuple[list[str], list[str]]:
+        """The lines of both columns."""
+        return [*self.do, *([self.heading, *self.confirm] if self.confirm else [])], self.do_not
+
+
+def _given(one: Sheet) -> Given:
+    """What is ordered of a file; of one that orders nothing, what is to be done before it can be."""
+    do, do_not = one.orders.do(_with_control(one)), one.orders.do_not()
+    helps = _helps(one)
+    if one.orders.is_withdrawn:
+        do = [*helps[: MOST - len(do)], *do]
+    if one.advice.kind == Kind.UNKNOWN:
+        do = [f"Have the runs that failed or are missing run again{' before drilling' if one.drills else ''}."]
+        do_not = [f"Do not {'drill' if one.drills else 'work'} by this page: it names no limit."]
+    if do and one.advice.kind == Kind.HINT and not one.orders.is_withdrawn:  # whose orders have it
+        do = [do[0], *helps[:1], *do[1:]][:MOST]
+    changed = "assembly, the drive or the map changed and run again before drilling"
+    have = f"Have the {changed if one.drills else 'model or the map changed and run again'}."
+    do = do or helps or [have]
+    if one.orders.is_withdrawn and not helps:
+        do = [have, *do]
+    confirm = one.orders.to_confirm(_with_control(one), MOST - len(do))
+    return Given(do, CONFIRM.format(one.orders.not_yet), confirm, do_not, one.orders.as_it_is)
+
+
+def _marks(names: Sequence[str]) -> list[str]:
+    """For which file orders hold, as a heading says it; of one file alone nothing."""
+    return [f" \N{EN DASH} {name} only" for name in names] if len(names) > 1 else [""]
+
+
+def _lists(given: Given, mark: str) -> str:
+    """The orders of a file, with the ``mark`` of what they hold for."""
+    confirm = _list("try", f"{given.heading}{mark}", given.confirm, len(given.do)) if given.confirm else ""
+    heading = ", ".join(filter(None, ("DO NOT", given.as_it_is)))
+    do, do_not = _list("do", f"DO{mark}", given.do), _list("dont", f"{heading}{mark}", given.do_not)
+    return f"<div class='cols'><div>{do}{confirm}</div>{do_not}</div>"
+
+
+def _is_setting(one: Sheet) -> bool:
+    """Whether a page recommends a setting, which is more than a hint."""
+    is_named = one.advice.kind in RECOMMENDED and not one.advice.is_lax
+    return is_named and not one.orders.is_to_confirm and not one.orders.is_withdrawn
+
+
+def _switched(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
+    """What holds when a control is switched that one of two drives has; "" where none is."""
+    kinds = [drive_kind(one.results.attrs) for one in sheets]
+    control = next((written(kind) for kind in reversed(kinds) if kind in SWITCHED), "")
+    if len(set(kinds)) < 2 or not control:
+        return ""
+    when = f"When the {control} is switched off or on, or fails"
+    unlike = [name for one, name in zip(sheets, names, strict=True) if not _is_setting(one)]
+    if unlike:
+        return (
+            f"{when}: nothing is ordered to drill by with the {' or the '.join(unlike)}. Pick up and stop the rotation."
+        )
+    ends = [one.advice.ends for one in sheets]
+    shared = (
+        {axis: (max(one[axis][0] for one in ends), min(one[axis][1] for one in ends)) for axis in ends[0]}
+        if all(one.keys() == ends[0].keys() for one in ends)
+        else {}
+    )
+    if not shared or any(low > high for low, high in shared.values()):
+        return f"{when}: no setting is ordered with both. Pick up, stop the rotation, and come in by the other orders."
+    fmt = sheets[0].fmt
+    within = " and ".join(fmt.range_inwards(axis, *shared[axis]) for axis in in_order(shared))
+    return (
+        f"{when}: from then on the other orders hold. Only {within} is ordered with both; outside that pick up, stop "
+        "the rotation, and come in by the other orders. No run switches it while drilling."
+    )
 
 
 def _with_control(one: Sheet) -> str:
@@ -487,8 +567,27 @@ def _by_torsion_alone(one: Sheet, row: int) -> str:
     here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
     for early in one.window[ENDS_EARLY] or ():
         if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
-            return f"; by torsion alone at {one.fmt.range(SPEED, early['alone']['value'])}"
+            alone = one.fmt.range(SPEED, early["alone"]["value"])
+            return f"; by torsion alone at {alone}{_taken_away(early)}{_is_below(one, early['alone']['value'])}"
     return ""
+
+
+def _taken_away(early: Answer) -> str:
+    """What ended stick-slip in the runs below where torsion alone ends it: why there are two numbers."""
+    if early["surface_amplitude"]["value"] > 0.0:
+        return ", before which in the runs the lobes shake it off"
+    if early["contact"]:
+        return ", before which in the runs the collar at the wall may take it away"
+    return ", before which a step of the sweep ended it"
+
+
+def _is_below(one: Sheet, ends: Sequence[float]) -> str:
+    """That the setting lies below where torsion alone ends stick-slip."""
+    speed = one.advice.point.get(SPEED)
+    if speed is None or speed >= max(ends):
+        return ""
+    what = "hint" if one.orders.is_to_confirm else "setting"
+    return f"; the {what}, {one.fmt.value(SPEED, speed)}, lies below that"
 
 
 def _is_met(one: Sheet, row: int, step: Step) -> bool:
@@ -505,6 +604,18 @@ def _is_dry(one: Sheet, row: int, step: Step) -> bool:
     if one.maps.x != SPEED or step.last is None:
         return False
     return is_dry(one.maps, (one.plane, row, int(np.searchsorted(one.maps.values(SPEED), step.last))))
+
+
+def _met_on(one: Sheet, row: int, step: Step) -> str:
+    """On which other ways it sticks at the end of this ``step`` where the way in is free: beside what is free there
+    a bare number contradicts it."""
+    maps = one.maps
+    if step.last is None or _is_met(one, row, step):
+        return ""
+    place = int(np.searchsorted(maps.values(maps.x), step.last))
+    sticks = [way for way in maps.ways if bool(np.any(maps.bits_on(way)[one.plane, row, place] & STICK_SLIP))]
+    told = [reached((way,), maps.along, from_rest=one.advice.from_rest) for way in sticks]
+    return f" when {' or '.join(dict.fromkeys(told))}" if told else ""
 
 
 def _bound(one: Sheet) -> str:
@@ -664,7 +775,7 @@ def _table(sheets: Sequence[Sheet], names: Sequence[str], rows: Sequence[tuple[i
     way = "brought up at" if first.is_brought_up else "at"
     way = ", ".join(filter(None, (first.orders.as_it_is, way)))
     way += "" if first.maps.y is None or first.maps.y in ORDER else f" {first.fmt.name(first.maps.y)}"
-    note = "".join(f"<p class='note'>{JUMPED} {escaped(text)}.</p>" for text in _jumps(sheets, names))
+    note = "".join(f"<p class='note'>{escaped(text)}</p>" for text in _notes(sheets, names))
     return f"<table>{top}<tr><th>{escaped(way)}{more}</th>{len(sheets) * columns}</tr>{body}</table>{note}"
 
 
@@ -691,6 +802,22 @@ def _jumps(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             told = " and ".join(dict.fromkeys(one.orders.over(jump) for jump in jumps_of(one.maps)))
             text = f"not known to be free when brought up: {told}"
             yield f"{name}: {text}" if len(sheets) > 1 else text
+
+
+def _notes(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
+    """What stands below the table: what its mark means, and why trials have other limits than its rows."""
+    yield from (f"{JUMPED} {text}." for text in _jumps(sheets, names))
+    for one, name in zip(sheets, names, strict=True):
+        found = one.advice.trials
+        if found is None or not found.bad_corners or not _has_orders(one):
+            continue
+        corners = " and ".join(dict.fromkeys(corner_words(trial, one.fmt) for trial in found.bad_corners[:2]))
+        whose = f"{name}: s" if len(sheets) > 1 else "S"
+        yield (
+            f"{whose}tick-slip and next limit: each speed held, in the map. Trials raise and lower the speed or the "
+            f"weight, and vibrate where the map is free, as at {corners} (\N{MULTIPLICATION SIGN} in the map); what "
+            "is ordered keeps away from both."
+        )
 
 
 def _headings(sheets: Sequence[Sheet]) -> list[str]:
@@ -785,8 +912,8 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
         ends = span(step) if step.next is not None else f"above {span(step)}"
         ends = f"from {ends}" if step.last is None else ends
     if step is not None and maps.x == SPEED and (is_untold or not step.is_known):
-        met_to = end_in_runs(one.whole, number, row)
-        ends = "not known" if met_to is None else f"not known, met at {one.fmt.number(maps.x, met_to.last or 0.0)}"
+        met_to = end_in_runs(one.whole, number, row) or step
+        ends = f"not known, met at {one.fmt.number(maps.x, met_to.last or 0.0)}{_met_on(one, row, met_to)}"
     values = maps.values(maps.x)
 
     def spans(chosen: Array) -> str:
@@ -876,6 +1003,16 @@ def _told_of_trials(one: Sheet) -> list[str]:
     return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 
+def _told_of_others(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
+    """How the trials of the second file ended, and of what its report warns."""
+    for one, name in zip(sheets[1:], names[1:], strict=True):
+        told = [
+            *_told_of_trials(one),
+            *([f"WARNINGS: {'; '.join(found)}."] if (found := headlines(one.window, one.units)) else []),
+        ]
+        yield from (f"{name[:1].upper()}{name[1:]}: {text}" for text in told)
+
+
 def _bold(text: str) -> str:
     """A warning with its words in capitals in bold."""
     head, colon, rest = text.partition(":")
@@ -914,16 +1051,18 @@ MAP_WIDTH, MAP_HEIGHTS, STRIP_HEIGHT = 7.4, (2.2, 4.8), 1.9  # inches
 
 def _scale(
     paper: str,
-    do: Sequence[str],
-    do_not: Sequence[str],
+    orders: Sequence[tuple[Sequence[str], Sequence[str]]],
     small: Sequence[str],
     cells: Sequence[Sequence[str]],
     others: Sequence[str],
 ) -> tuple[int, float]:
-    """The number of the largest type with which the map keeps its least height beside these ``cells`` of the table,
-    of which the first row is its headings, and ``others``, whole lines; and the room of the map [mm]."""
+    """The number of the largest type with which the map keeps its least height beside the two columns of ``orders`` of
+    each file, the ``cells`` of the table, of which the first row is its headings, and ``others``, whole lines; and the
+    room of the map [mm]."""
     for number, scale in enumerate(SCALES):  # noqa: B007, as it is the answer
-        lines = max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in (do, do_not))
+        lines = sum(
+            max(sum(-(-len(text) // int(COLUMN / scale)) for text in texts) for texts in columns) for columns in orders
+        )
         below = sum(-(-len(text) // int(WIDE / scale)) for text in small)
         more = sum(-(-len(text) // int(ROW_WIDE / scale)) for text in others)
         table = sum(ROW_LINE * rows + ROW_GAP for rows in (HEADINGS, *_row_lines(cells, ROW_WIDE / scale)))

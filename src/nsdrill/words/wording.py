@@ -482,6 +482,7 @@ class Words:
             assert found.at is not None
             ends = f"{text}: {motion}, once started, ends when lowered to {self.lowered_to()}"
             bound = "" if found.bound is None else f", not to {self._at_bound(found.bound)}"
+            bound = f", not below {limit[0]}" if (limit := self._nearer_limit()) else bound
             return first_short(f"{ends}{bound}.", f"{ends}.")
         return f"{text}: {self._motion(('whirl',) if on_wall else ())}, once started, may not stop."
 
@@ -1157,6 +1158,8 @@ class Words:
             return ""
         held = "" if found.held_to is None else self.fmt.value(found.axis, found.held_to)
         room = f" (no room for the {held} to which it is held)" if held else ""
+        if limit := self._nearer_limit():
+            return f", but not below {limit[0]} ({limit[1]}){room}"
         if found.bound is not None:
             return f", but not to {self._at_bound(found.bound)}, where {self._there(found.bound)}{room}"
         if not held:
@@ -1165,6 +1168,19 @@ class Words:
             return f", but not below it, as no run here was lower{room}"
         low = self.fmt.outwards(found.axis, found.free_to, found.free_to)[1]
         return f", but not below {self.fmt.value(found.axis, low)}, as no run here was lower{room}"
+
+    def _nearer_limit(self) -> tuple[str, ...]:
+        """The lower limit of what to stay within, and why it is one, where it is met sooner than what bounds the
+        lowering: trials draw it in, and two numbers for one order contradict each other. Empty where it is not."""
+        found = self.advice.recover
+        one = self.advice.stay_within.get(found.axis) if found is not None else None
+        if found is None or found.bound is None or one is None or one.below is None or found.at is None:
+            return ()
+        bound, border = found.bound.value, one.below.value
+        if bound is None or border is None or bound >= border or found.at < one.low:
+            return ()
+        low, _ = self.fmt.inwards(found.axis, one.low, one.high)
+        return self.fmt.value(found.axis, low), self._beyond(found.axis, one.below)
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:

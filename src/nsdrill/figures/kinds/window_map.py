@@ -31,6 +31,7 @@ from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.figures.area_names import name_regions
 from nsdrill.figures.cells import (
     RATE_OF_PENETRATION,
+    cover,
     draw_equal_rates,
     draw_field,
     draw_outline,
@@ -70,12 +71,13 @@ from nsdrill.figures.style import (
 )
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, in_order, lowered, zones
 from nsdrill.records import dataclass
-from nsdrill.words.answer import answer, before_trials, first_notes, headlines, is_hint, of_both
+from nsdrill.words.answer import answer, before_trials, first_notes, headlines, is_hint, of_both, words_of
 from nsdrill.words.labels import describe_overrides, operating_point, sweep_title
 from nsdrill.words.values import Formatter
 
 LOWERED_HATCH, STARTED_HATCH, UNKNOWN_HATCH, JUMPED_HATCH = "////", "...", "xxxxxx", "----"
 HATCH_WIDTH = 1.8  # points
+REVOKED, REVOKED_HATCH, REVOKED_EDGE, REVOKED_VEIL = -2, "\\\\\\\\", "#9B2226", 0.55  # a code, and how it looks
 BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 VIBRATED: Properties = {
     "marker": "X",
@@ -179,6 +181,10 @@ class Window:
             hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
             hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
             hatch(axes, cells, self.jumped[number], JUMPED_HATCH, BLACK, "jumped")
+        if self.revoked:
+            allowed = self.maps.grades.allowed[number]
+            cover(axes, cells, allowed, "revoked:veil", facecolors=(1.0, 1.0, 1.0, REVOKED_VEIL))
+            hatch(axes, cells, allowed, REVOKED_HATCH, REVOKED_EDGE, "revoked")
         draw_field(axes, cells, self.maps.grades.allowed[number])
         if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
@@ -188,6 +194,14 @@ class Window:
             self._draw_spot(axes, spot)
         for point in self._vibrated(number):
             axes.plot(*self.plane.shown(point), **VIBRATED, gid="vibrated")
+
+    @property
+    def revoked(self) -> str:
+        """Why nobody may take what the map allows as leave: the heads of what the answer says; "" where one may."""
+        if self.advice.kind in (Answered.NOTHING, Answered.UNKNOWN):
+            return ""
+        said = words_of(self.numbers, self.units)
+        return "Withdrawn by trials" if said.is_withdrawn else said.caveat
 
     def _vibrated(self, number: int) -> list[dict[str, float]]:
         """The corners of what the map allows that vibrated in trials, as points of a map."""
@@ -217,9 +231,12 @@ class Window:
             clear.append(Bbox([at - pad, at + pad]))
         if not self.has_samples:
             codes = np.where(self.lowered[number] | self.jumped[number], -1, self.codes[number])
-            if self.advice.trials is not None and self.advice.kind == Answered.HINT:  # no word calls it free
-                codes = np.where(self.maps.grades.allowed[number], -1, codes)
+            is_hint = self.advice.trials is not None and self.advice.kind == Answered.HINT
+            allowed = self.maps.grades.allowed[number]
+            if is_hint or self.revoked:  # no word calls it free
+                codes = np.where(allowed, REVOKED if self.revoked else -1, codes)
             named = {code: (zone.capitals, zone.colour) for code, zone in enumerate(self.zones) if code in codes}
+            named |= {REVOKED: (self.revoked.upper(), "#FFFFFF")} if self.revoked and allowed.any() else {}
             name_regions(axes, self.plane.cells, codes, named, clear)
 
     def _draw_probability(self, axes: Axes, number: int) -> None:
@@ -315,6 +332,9 @@ class Window:
             if np.any(self.jumped):
                 how = "not known when brought up: steps may jump across a vibration"
                 yield area_entry(how, facecolor="white", hatch=JUMPED_HATCH, **BORDER)
+        if self.revoked and self.maps.grades.allowed.any():
+            words = f"{self.revoked.lower()}: {words_of(self.numbers, self.units).not_yet}"
+            yield area_entry(words, facecolor="white", hatch=REVOKED_HATCH, edgecolor=REVOKED_EDGE, linewidth=0.4)
         yield from self._entries_of_points()
 
     def lines(self) -> list[Artist]:
