@@ -63,6 +63,7 @@ SHORT = 12  # characters of the text of a round setting, at most
 SETTLED = "settled"
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 NO_CREDIT = {"failed", "unmatched", "unsettled", "unfinished"}  # doubts with which what is determined is not known
+ON_THE_BRANCH = "on_this_branch"  # what is told where the history decides: determined if the well was in that motion
 MOST_UNSETTLED = 0.05  # of the weight of the samples
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
@@ -174,7 +175,9 @@ def fit(
     note["history"] = two_motions(study, measured, _unknown_values(keys, begun))
     note["doubts"] = _doubts(note)
     if NO_CREDIT & {*note["doubts"]}:
-        note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
+        note |= {"unknowns": _told_less(note["unknowns"], "unknown"), "together": []}  # nor is a combination known
+    elif note["history"]:
+        note["unknowns"] = _told_less(note["unknowns"], ON_THE_BRANCH)
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -351,11 +354,12 @@ def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior
     return unknowns
 
 
-def _without_credit(unknowns: list[Answer]) -> list[Answer]:
-    """What the data tell of each unknown with one of the doubts :data:`NO_CREDIT`: that it is determined is
-    not known. Samples that failed may agree with the data better than all others, intervals about what
-    does not agree, of passing motions or of few samples mean little."""
-    return [row if row["told"] == "not" else row | {"told": "unknown"} for row in unknowns]
+def _told_less(unknowns: list[Answer], told: str) -> list[Answer]:
+    """What the data tell of each unknown where a doubt leaves only ``told`` of one that is determined: with
+    one of :data:`NO_CREDIT` it is not known. Samples that failed may agree with the data better than all others,
+    intervals about what does not agree, of passing motions or of few samples mean little. Where another motion
+    is possible, the width is that of the values with which the runs, not the well, came to the measured one."""
+    return [row if row["told"] == "not" else row | {"told": told} for row in unknowns]
 
 
 def _fit_summary(
@@ -482,7 +486,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW and key != "doubts"}
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
-    if NO_CREDIT & {*note["doubts"]}:
+    if note["doubts"]:
         resolved["uncertain"]["doubts"] = list(note["doubts"])
     source = study.source or "a study"
     failed = (
@@ -499,7 +503,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     unmatched = f"NO RUN GIVES THESE DATA: the best is off by {note['misfit'] ** 0.5:.2g} times the errors."
     few = f"NOT FINISHED: only {note['effective']:.0f} samples count."
     both = "HISTORY DECIDES: steady drilling and stick-slip are both possible at measured points; see nsdrill fit."
-    gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    gains = ", ".join(f"{one['key']} {one['told'].replace('_', ' ')}" for one in note["unknowns"])
     of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {of}, effective "
