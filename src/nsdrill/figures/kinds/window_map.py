@@ -36,7 +36,9 @@ from nsdrill.figures.cells import (
     draw_outline,
     equal_rates_entry,
     hatch,
+    hatch_unsettled,
     outline_entry,
+    unsettled_entry,
 )
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look
@@ -179,6 +181,7 @@ class Window:
             hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
             hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
             hatch(axes, cells, self.jumped[number], JUMPED_HATCH, BLACK, "jumped")
+        hatch_unsettled(axes, cells, self.maps.unsettled[number])
         draw_field(axes, cells, self.maps.grades.allowed[number])
         if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
@@ -315,6 +318,8 @@ class Window:
             if np.any(self.jumped):
                 how = "not known when brought up: steps may jump across a vibration"
                 yield area_entry(how, facecolor="white", hatch=JUMPED_HATCH, **BORDER)
+        if unsettled := int(np.count_nonzero(self.maps.unsettled)):
+            yield unsettled_entry(unsettled, self.maps.unsettled.size)
         yield from self._entries_of_points()
 
     def lines(self) -> list[Artist]:
