@@ -54,10 +54,12 @@ BETWEEN_SIDES = 0.1  # arclength from a branch point to the first point on its o
 @dataclass
 class Found:
     """The ``branches``, and for each of the ``seeds`` ``followed`` or the reason why it
-    was not."""
+    was not. ``sprung`` are the special points, by the numbers of the branch and of the point, of
+    which the branch that springs there is one of the branches; None where it is not known."""
 
     branches: list[Branch]
     seeds: list[str]
+    sprung: set[tuple[int, int]] | None = None
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,7 @@ class Explorer:
         self.flow, self.orders, self.stored, self.store, self.poll = flow, orders, stored or {}, store, poll
         self.watch, self.known, self._waves = watch, Known(flow), 0
         self._tried: set[tuple[int, int]] = set()  # branch and special point
+        self._sprung: set[tuple[int, int]] = set()  # of these those from which a branch was found
         self._ended: dict[Key, Branch] = {}  # of a wave
         self._own: dict[Key, Stretch] = {}  # of the known branches
         self.seeds = self.open = 0
@@ -127,7 +130,7 @@ class Explorer:
                 break
         for guess in self._on_no_branch(guesses):
             outcomes[guess.number] = f"left when {MAX_WAVES} rounds of seeds had been followed"
-        return Found(self.known.branches, outcomes)
+        return Found(self.known.branches, outcomes, self._sprung)
 
     @staticmethod
     def _taken(results: dict[int, T | str], outcomes: list[str]) -> list[T]:
@@ -172,7 +175,9 @@ class Explorer:
         places = dict(sorted(first.values(), key=lambda one: one[0]))
         self._tried |= places.keys()
         tasks = {place: emanating(self.flow, self.orders, (1, *place), *entry) for place, entry in places.items()}
-        return self._new([one for one in advance(self.flow, tasks, self.poll).values() if one is not None])
+        found = advance(self.flow, tasks, self.poll)
+        self._sprung |= {place for place, one in found.items() if one is not None}
+        return self._new([one for one in found.values() if one is not None])
 
     def _follow_wave(self, wave: list[Candidate]) -> None:
         """Follow the branches of a wave side by side; add those that are new."""
@@ -335,7 +340,8 @@ def _across(problem: Periodic | Cycle, branch: Branch, entry: LabelledPoint) -> 
     turns back, that is the vector along it. No direction where the runs fail."""
     place = next(k for k, one in enumerate(branch.marked) if one is entry)
     base = _unknowns(problem, entry.point.found)
-    beside = [_unknowns(problem, branch.marked[k].point.found) for k in (place - 1, place + 1) if _is_place(branch, k)]
+    neighbours = branch.marked[max(place - 1, 0) : place] + branch.marked[place + 1 : place + 2]
+    beside = [_unknowns(problem, one.point.found) for one in neighbours]
     evaluation = yield from problem.evaluate(base)
     same = [one for one in beside if one.shape == base.shape]
     if evaluation is None or not same:
@@ -345,10 +351,6 @@ def _across(problem: Periodic | Cycle, branch: Branch, entry: LabelledPoint) -> 
     one, other = null @ along
     vector = other * null[0] - one * null[1]
     return base, [vector, -vector]
-
-
-def _is_place(branch: Branch, place: int) -> bool:
-    return 0 <= place < len(branch)
 
 
 def first_point_on(problem: Problem, base: Array, direction: Array) -> Task[Point | None]:
