@@ -25,6 +25,13 @@ uncertain:
   bit.friction.static: {uniform: [0.2, 0.8]}
   bit.friction.dynamic: {uniform: [0.05, 0.2]}
 """
+STEADY_PRIOR = """\
+model: torsion
+operation: {rotary_speed: 25 rad/s}
+bit: {friction: {static: 0.6}}
+simulation: {transient: 60 s, observe: 30 s}
+uncertain: {bit.friction.dynamic: {uniform: [0.2, 0.6]}}
+"""
 NAMES = ("stick_slip_index", "surface_torque_max", "surface_torque_min")
 ROUGHLY = ("--set", "classify.settled.tolerance=100")  # 60 s hold few periods of stick-slip
 LONGER = ("--set", "simulation.transient=300 s")
@@ -104,6 +111,30 @@ def test_known_values_come_back(call, truth):
         [static["posterior"][0], static["posterior"][2]], abs=0.3 * (static["posterior"][2] - static["posterior"][0])
     )
     assert adjusted.axes["rotary_speed"].tolist() == [3.0, 6.0]  # the sweep is left as it is
+
+
+def test_a_wrong_scale_of_the_torque_is_said_as_no_deviation_shows_it(call):
+    """Steady drilling: a torque that is 25 % too high makes the friction as much too high, and more, as a part
+    of it is damping."""
+    Path("study.yaml").write_text(STEADY_PRIOR, encoding="utf-8")
+    string = {"model": "torsion", "bit": {"friction": {"static": 0.6, "dynamic": 0.4}}}
+    sweep = {"wob": ["20 kN", "30 kN", "40 kN"]}
+    settings = {"operation": {"rotary_speed": "25 rad/s"}, "simulation": {"transient": "60 s", "observe": "30 s"}}
+    torques = nsdrill.run({**string, **settings, "sweep": sweep})["surface_torque_max"].values.ravel()
+    medians = []
+    for scale in (1.0, 1.25):
+        rows = [f"{wob}, {scale * torque}" for wob, torque in zip((20, 30, 40), torques, strict=True)]
+        Path("field.csv").write_text("wob [kN], surface_torque_max [N m]\n" + "\n".join(rows) + "\n")
+        given = ("fit", "study.yaml", "--data", "field.csv", "--batch", "64", "--quiet")
+        note = json.loads(call(*given, "--json").out)
+        medians.append(note["unknowns"][0]["posterior"][1])
+        assert note["explained"]
+    damping = 50.0 * 25.0 / torques.mean()  # the share of the torque that is no friction [N m s/rad, rad/s]
+    assert medians[1] / medians[0] == pytest.approx((1.25 - damping) / (1 - damping), rel=0.05)
+    assert medians[1] / medians[0] > 1.25
+    assert note["scale_not_seen"] == {"unknowns": ["bit.friction.dynamic"], "others": []}
+    told = " ".join(call(*given).out.split())
+    assert "scale is off at all points alike makes bit.friction.dynamic off by that share or more" in told
 
 
 def test_what_the_data_cannot_tell_is_said(call, truth):

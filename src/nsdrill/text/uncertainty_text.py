@@ -197,6 +197,12 @@ def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     )
     yield ""
     yield from _unknown_lines(summary, units)
+    if scaled := summary["scale_not_seen"]:
+        others = f"; of what is measured only {', '.join(scaled['others'])} may" if scaled["others"] else ""
+        yield (
+            f"  A torque or a weight whose scale is off at all points alike makes {' and '.join(scaled['unknowns'])} "
+            f"off by that share or more, and the deviations of the torque do not show it{others}: check the scales."
+        )
     yield ""
     yield from _feature_lines(summary, units)
     for verdict in verdicts(summary):

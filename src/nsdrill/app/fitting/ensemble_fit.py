@@ -65,6 +65,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 NO_CREDIT = {"failed", "unmatched", "unsettled", "unfinished"}  # doubts with which what is determined is not known
 ON_THE_BRANCH = "on_this_branch"  # what is told where the history decides: determined if the well was in that motion
 MOST_UNSETTLED = 0.05  # of the weight of the samples
+TORQUE_OR_SHARE = {"1", "", "N m"}  # the units of friction that is in proportion to its torque
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
@@ -388,6 +389,7 @@ def _fit_summary(
         "features": [_feature_summary(name, measured, predicted[name], fitted) for name in measured.values],
         "unknowns": unknowns,
         "together": pairs,
+        "scale_not_seen": _scale_not_seen(unknowns, measured),
         "runs": fitted.runs * measured.points,
         "samples": fitted.runs,
         "left_out": left_out,
@@ -398,6 +400,17 @@ def _fit_summary(
         "chance": chance,
         "explained": chance >= SURE,
     }
+
+
+def _scale_not_seen(unknowns: list[Answer], measured: Measured) -> Answer | None:
+    """The ``unknowns`` of friction that a wrong scale of a measured torque moves by that share, and by more
+    where a part of the torque, as that of damping, is not friction; and what ``others`` were measured, which
+    alone can show it. None where no torque is measured, or no such number is sought."""
+    torques = [name for name in measured.values if "torque" in name]
+    scaled = [one["key"] for one in unknowns if ".friction." in one["key"] and one["units"] in TORQUE_OR_SHARE]
+    if not torques or not scaled:
+        return None
+    return {"unknowns": scaled, "others": [name for name in measured.values if name not in torques]}
 
 
 def _not_known(measured: Measured, fitted: Posterior, found: Array, left_out: int) -> Answer:
