@@ -215,6 +215,19 @@ def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     assert "Warning" not in call(*words).err
 
 
+def test_a_setting_far_from_that_of_the_study_is_doubted(call):
+    """A weight in tonnes under a head of kN, of a study that does not sweep it."""
+    Path("study.yaml").write_text(f"{PRIOR}operation: {{wob: 60 kN}}\n", encoding="utf-8")
+    Path("field.csv").write_text("wob [kN],stick_slip_index [%]\n6.1,1\n", encoding="utf-8")
+    words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    assert "Warning: field.csv, line 2: wob is 6.1 kN, and the study has 60 kN. Is the unit" in call(*words).err
+    Path("field.csv").write_text("wob [kN],stick_slip_index [%]\n80,1\n", encoding="utf-8")
+    assert "Warning" not in call(*words).err
+    Path("study.yaml").write_text(PRIOR, encoding="utf-8")  # a default says nothing of the well
+    Path("field.csv").write_text("wob [kN],stick_slip_index [%]\n120,1\n", encoding="utf-8")
+    assert "Warning" not in call(*words).err
+
+
 def test_outputs_are_claimed_before_anything_is_run(call, truth):
     write_data(truth)
     for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):

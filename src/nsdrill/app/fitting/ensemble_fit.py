@@ -204,20 +204,23 @@ def unknowns_of(study: Study) -> dict[str, Numbers]:
 
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
     """A warning, in ``units`` "si" or "field", for each measured setting far outside
-    the sweep of the study, whose unit may be wrong."""
+    the sweep of the study, or far from what the study gives it, whose unit may be wrong."""
     leaves = study.keys.axes
     warnings = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
-        if len(swept) < 2:
+        own = float(getattr(study.operation, key, 0.0) or 0.0)
+        is_given = own > 0.0 and own != leaves[key].default  # a default is no word of the user on the well
+        if len(swept) < 2 and not is_given:
             continue
-        low, high = float(swept[0]), float(swept[-1])
+        low, high = (float(swept[0]), float(swept[-1])) if len(swept) > 1 else (own, own)
         outside = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if outside.size:
             setting, first, last = (_setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high))
+            study_has = f"sweeps {first} to {last}" if len(swept) > 1 else f"has {first}"
             warnings.append(
-                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the study sweeps {first} to "
-                f"{last}. Is the unit in the head right?"
+                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the study {study_has}. Is "
+                "the unit in the head right?"
             )
     return warnings
 
