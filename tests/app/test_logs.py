@@ -798,6 +798,22 @@ def test_a_good_signal_shows_no_fault_of_its_sensor(read, how):
     assert not [note for note in found.notes if note.startswith(words)]
 
 
+POINTS = "rotary_speed [rpm],wob [kN],surface_torque_max [kN m],bit_speed_max [rpm]\n"
+AGAINST = {
+    "60,60,7,120\n60,60,2,120\n": "ONE SETTING, OTHER VALUES: surface_torque_max of line 3 and line 2",
+    "60,60,7,40\n": "NOT THE SPEED: bit_speed_max is below the set speed at line 2",
+    "60,60,-3,120\n": "BELOW ZERO: the greatest surface torque at line 2",
+    "60,60,7,120\n60,60,7.1,121\n80,60,3,81\n": "",
+}
+
+
+@pytest.mark.parametrize("rows", AGAINST)
+def test_what_measurements_say_against_each_other_is_told(read, rows):
+    told = [note for note in read(POINTS + rows).notes if note.startswith(("ONE SETTING", "NOT THE", "BELOW"))]
+    assert len(told) == bool(AGAINST[rows])
+    assert all(note.startswith(AGAINST[rows]) for note in told)
+
+
 def test_a_spike_of_a_setting_is_told_with_its_line(read):
     found = read(log(HEAD, lambda i: usual(i) if i != 130 else f"130,176.4,7000,{torque(i):.4f}"))
     assert found.where[0].endswith("(60 to 129 s)")

@@ -1,5 +1,5 @@
 """What a signal of a log shows of its sensor, and no residual of a fit: that its sign is the other one, that it is
-cut off, stands still, or is read less often than it is written."""
+cut off, stands still, or is read less often than it is written; and what measurements say against each other."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array
 
 LONGEST_STILL = 20.0  # s of one value, of a signal that moves beside it
@@ -72,3 +73,47 @@ def _cut_off(values: Array) -> tuple[float, float] | None:
     shares = [(float(end), float(np.mean(values == end))) for end in (values.min(), values.max())]
     (least, most) = sorted(shares, key=lambda one: one[1])
     return most if most[1] > CUT_SHARE and most[1] > CUT_RATIO * least[1] else None
+
+
+SLACK = 0.05  # of the set speed: the mean of the bit's is that
+APART = 4.0  # standard deviations of one value between which two of one setting differ
+
+
+def contradictions(speed: Array | None, measured: Measured) -> Iterator[str]:
+    """A note for each thing that measurements at operating points say against each other, or against what
+    every motion has: a bit turns on average as its string, at the set ``speed`` [points], and friction brakes."""
+    values, where = measured.values, measured.where
+    ends = (("bit_speed_max", -1.0, "below"), ("bit_speed_min", 1.0, "above")) if speed is not None else ()
+    for name, side, word in ends:
+        if name in values and speed is not None:
+            beyond = np.flatnonzero(side * (values[name] - speed) > SLACK * np.abs(speed))
+            if beyond.size:
+                yield (
+                    f"NOT THE SPEED: {name} is {word} the set speed at {where[beyond[0]]}, and a bit turns on average "
+                    "as its string: is the unit right?"
+                )
+    if "surface_torque_max" in values and (below := np.flatnonzero(values["surface_torque_max"] < 0.0)).size:
+        yield (
+            f"BELOW ZERO: the greatest surface torque at {where[below[0]]}, and friction brakes: is its sign turned?"
+        )
+    yield from _one_setting_twice(measured)
+
+
+def _one_setting_twice(measured: Measured) -> Iterator[str]:
+    """A note where points with the same settings have values further apart than their errors: no run gives both."""
+    if not measured.at:
+        return
+    _, groups = np.unique(np.column_stack([*measured.at.values()]), axis=0, return_inverse=True)
+    groups = np.ravel(groups)
+    for name, values in measured.values.items():
+        for group in range(int(groups.max()) + 1):
+            places = np.flatnonzero((groups == group) & np.isfinite(values))
+            if len(places) < 2:
+                continue
+            low, high = (int(places[end(values[places])]) for end in (np.argmin, np.argmax))
+            if values[high] - values[low] > APART * max(measured.errors[name][low], measured.errors[name][high]):
+                yield (
+                    f"ONE SETTING, OTHER VALUES: {name} of {measured.where[low]} and {measured.where[high]}, whose "
+                    "settings are the same, differ by more than their errors: no run gives both"
+                )
+                break
