@@ -767,6 +767,53 @@ def test_a_value_far_outside_the_others_is_told_with_its_line(read):
     assert not any("FAR OUTSIDE" in note for note in read(log(HEAD, usual)).notes)
 
 
+def swing(i):
+    return 8.0 + 2.0 * np.sin(2 * np.pi * i / 7.3)
+
+
+FAULTS = {
+    "BELOW ZERO: surface_torque, stretch 1": lambda i: -swing(i),
+    "HELD: surface_torque, stretch 1 changes only every 4 s": lambda i: swing(i // 4 * 4),
+    "STANDS STILL: surface_torque, stretch 1 is 7000 N m for 69 s": lambda i: swing(i) if i < 130 else 7.0,
+    "CUT OFF: surface_torque, stretch 1 is 9000 N m in": lambda i: min(swing(i), 9.0),
+}
+GOOD = {
+    "as it is": swing,
+    "rounded": lambda i: round(swing(i), 1),
+    "slow and rounded": lambda i: round(8.0 + 0.3 * np.sin(i / 20), 1),
+    "one value": lambda i: 8.0,
+}
+
+
+@pytest.mark.parametrize("said", FAULTS)
+def test_what_a_signal_shows_of_its_sensor_is_told(read, said):
+    found = read(log(HEAD, lambda i: f"{i},176.4,70,{FAULTS[said](i):.4f}"))
+    assert any(note.startswith(said) for note in found.notes), found.notes
+
+
+@pytest.mark.parametrize("how", GOOD)
+def test_a_good_signal_shows_no_fault_of_its_sensor(read, how):
+    found = read(log(HEAD, lambda i: f"{i},176.4,70,{GOOD[how](i):.4f}"))
+    words = ("BELOW ZERO", "HELD", "STANDS STILL", "CUT OFF")
+    assert not [note for note in found.notes if note.startswith(words)]
+
+
+POINTS = "rotary_speed [rpm],wob [kN],surface_torque_max [kN m],bit_speed_max [rpm]\n"
+AGAINST = {
+    "60,60,7,120\n60,60,2,120\n": "ONE SETTING, OTHER VALUES: surface_torque_max of line 3 and line 2",
+    "60,60,7,40\n": "NOT THE SPEED: bit_speed_max is below the set speed at line 2",
+    "60,60,-3,120\n": "BELOW ZERO: the greatest surface torque at line 2",
+    "60,60,7,120\n60,60,7.1,121\n80,60,3,81\n": "",
+}
+
+
+@pytest.mark.parametrize("rows", AGAINST)
+def test_what_measurements_say_against_each_other_is_told(read, rows):
+    told = [note for note in read(POINTS + rows).notes if note.startswith(("ONE SETTING", "NOT THE", "BELOW"))]
+    assert len(told) == bool(AGAINST[rows])
+    assert all(note.startswith(AGAINST[rows]) for note in told)
+
+
 def test_a_spike_of_a_setting_is_told_with_its_line(read):
     found = read(log(HEAD, lambda i: usual(i) if i != 130 else f"130,176.4,7000,{torque(i):.4f}"))
     assert found.where[0].endswith("(60 to 129 s)")

@@ -162,6 +162,7 @@ SPECIAL = {
     "unstable_before": 0,
     "unstable_after": 1,
     "criticality": "none",
+    "springs": "none",
     "point": 3,
 }
 
@@ -170,6 +171,7 @@ def told(*branches, everything=False):
     """The lines on these branches."""
     head = {"title": "", "created": "", "nsdrill_version": "", "overrides": {}, "operation": {}}
     along = {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
+    along |= {"not_followed": {}, "not_known_whether_followed": {}}
     return list(lines("b.h5", {**head, **along, "branches": branches, "curves": []}, "si", everything=everything))
 
 

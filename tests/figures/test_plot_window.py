@@ -109,6 +109,16 @@ def test_white_hatching_is_free_only_when_lowered(both):
     np.testing.assert_array_equal(shown(axes)[only], up[only]), "below it the colour of the way in"
 
 
+def test_what_had_not_settled_is_hatched_as_on_other_maps(both):
+    assert not any("not settled" in words for words in legend_words(figures.draw(both, "window")))
+    both.variables["settled"][0, 0, 2:5, 3:9] = 0  # on the way up, that in
+    [axes] = maps(figure := figures.draw(both, "window"))
+    [hatched] = artists(axes, "unsettled")
+    area = covered(hatched, both["rotary_speed"], both["wob"] / 1e3)
+    np.testing.assert_array_equal(area, both["settled"][0, 0] == 0)
+    assert "not settled (18 of 105)" in legend_words(figure)
+
+
 def test_a_dark_line_surrounds_what_is_allowed(both):
     """It lies between an allowed cell and one that is not, and not along the edge of the
     map, beyond which nothing is known."""

@@ -5,15 +5,21 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.analysis.bifurcations import BRANCH, END, FOLD, NOT_DECIDED
+from nsdrill.analysis.bifurcations import BRANCH, END, FOLD, NOT_DECIDED, NOT_FOLLOWED
 from nsdrill.figures.kinds.branch_diagram import OPEN
 from nsdrill.models import registry
+from nsdrill.store.branch_file import branches_of
 from nsdrill.text.branch_text import NOT_TOLD, lines, summarize_branches
 
 
 def pitchfork(x=0.1, *, mu=-0.5):
     """Two motions grow from zero, both stable"""
     return {"x": mu * x - x**3}
+
+
+def beside(x=0.1, *, mu=0.05):
+    """A parabola that crosses zero beside its fold"""
+    return {"x": x * (mu - (x - 1e-4) ** 2)}
 
 
 def subcritical(x=0.1, *, mu=-0.5):
@@ -24,6 +30,11 @@ def subcritical(x=0.1, *, mu=-0.5):
 def symmetric(t, x=0.1, v=0.0, *, force=0.3):
     """Duffing's oscillator without a linear spring: its motion loses its symmetry"""
     return v, force * np.cos(t) - 0.2 * v - x**3
+
+
+def mirrored(x=1.0, v=0.0, y=0.05, *, mu=-0.9):
+    """Van der Pol's cycle, beside which y grows, to either side, from a mean of 0.2 x^2 above -mu on"""
+    return {"x": v, "v": (1 - x * x) * v - x + 0.3 * y, "y": (mu + 0.2 * x * x) * y - y**3}
 
 
 def saddle_node(x=0.5, *, mu=0.5):
@@ -74,7 +85,7 @@ def test_nothing_jumps_at_a_pitchfork(followed):
     labels = data["label"].values
     assert set(labels.tolist()) <= {0, BRANCH, END}
     assert data["parameters_mu"].values[labels == BRANCH] == pytest.approx(0.0, abs=1e-6)
-    (arms,) = [one for one in special_of(found) if "pitchfork" in one["note"]]
+    (arms,) = [one for one in special_of(found) if one["note"] == "pitchfork, where the branch turns back"]
     assert (arms["label"], arms["unstable_before"], arms["unstable_after"]) == ("branch_point", 0, 0)
     assert "nothing jumps" in arms["meaning"]
     assert "pitchfork" in text
@@ -107,6 +118,51 @@ def test_a_pitchfork_between_unstable_motions_keeps_the_folds_beside_it(followed
     (arms,) = [one for one in special_of(found) if "pitchfork" in one["note"]]
     assert (arms["unstable_before"], arms["unstable_after"]) == (1, 1)
     assert "jumps" not in arms["meaning"]
+
+
+@pytest.mark.parametrize(
+    ("equations", "along"),
+    [
+        (beside, {"mu": (-0.05, 0.1), "seeds": [0.05]}),  # its fold at mu = 0, the crossing at 1e-8
+        (symmetric, {"force": (2.38, 2.45), "seeds": [2.43]}),  # a pitchfork that is not located
+    ],
+)
+def test_a_fold_so_close_to_a_branch_point_may_not_be_told_from_a_pitchfork(followed, equations, along):
+    _, found, text = followed(equations, along, points=120)
+    notes = [one["note"] for one in special_of(found)]
+    assert "pitchfork, or a fold beside a branch point: too close to tell" in notes
+    assert "pitchfork, where the branch turns back" not in notes
+    assert "too close to tell" in text
+
+
+@pytest.mark.parametrize(
+    ("equations", "along"),
+    [
+        (pitchfork, {"mu": (-0.1, 0.1), "seeds": [-0.05]}),
+        (subcritical, {"mu": (-0.2, 0.5), "seeds": [-0.1]}),
+        (transcritical, {"mu": (-0.1, 0.1), "seeds": [-0.05]}),
+        (symmetric, {"force": (2.38, 2.45), "seeds": [2.39]}),  # from the symmetric motion
+        (symmetric, {"force": (2.38, 2.45), "seeds": [2.43]}),  # from where the other family turns back
+        (mirrored, {"mu": (-0.6, 0.0), "seeds": [-0.5]}),
+    ],
+)
+def test_the_branch_that_crosses_at_a_branch_point_is_followed(followed, equations, along):
+    cycles = {"motions": ["cycle"]} if equations is mirrored else {}
+    data, found, text = followed(equations, along, points=120, **cycles)
+    assert data["parent"].values.tolist()[-1] >= 0
+    assert {one["springs"] for one in special_of(found) if one["label"] == "branch_point"} == {"followed"}
+    assert found["not_followed"] == {}
+    assert "NOT FOLLOWED" not in text
+
+
+def test_show_counts_the_special_points_from_which_no_branch_is_followed(followed):
+    data, found, text = followed(pitchfork, {"mu": (-0.5, 0.5), "seeds": [-0.4]}, switch=False)
+    assert data["springs"].values[data["label"].values == BRANCH].tolist() == [NOT_FOLLOWED]
+    assert found["not_followed"] == {"branch_point": 1}
+    assert "NOT FOLLOWED 1 special point (1 branch point): what springs there is missing here" in text
+    assert "not followed from here" in text
+    without = branches_of(data.drop_vars("springs"))  # of a file that does not tell it
+    assert summarize_branches(without)["not_known_whether_followed"] == {"branch_point": 1}
 
 
 def test_a_transcritical_point_is_a_branch_point_of_both(followed):

@@ -63,6 +63,83 @@ def test_what_comes_from_outside_is_refused_in_its_line(script, monkeypatch, rea
     assert lines[int(place[1]) - 1].lstrip().startswith(("a = ", "return float(os.environ"))
 
 
+IMPORTED = (
+    ("from sys import platform", "2.0 if platform == 'linux' else 1.0", "platform, which is sys.platform"),
+    ("from sys import maxsize as most", "float(most)", "most, which is sys.maxsize"),
+    ("from os import *", "len(sep)", "sep, which is os.sep"),
+    ("from time import timezone", "h()", "timezone, which is time.timezone"),
+    ("from sys import getrecursionlimit", "float(getrecursionlimit())", "which is sys.getrecursionlimit"),
+)
+
+
+@pytest.mark.parametrize(("line", "read", "told"), IMPORTED)
+def test_a_name_that_is_imported_of_the_machine_is_refused_as_its_attribute_is(script, line, read, told):
+    text = f"{line}\n\n\ndef h():\n    return timezone / 3600.0\n\n\n{MODEL.format(read)}"
+    with pytest.raises(InputError, match=r"found what is read anew in every run") as error:
+        script(text, "imported_of_it")
+    assert told in str(error.value)
+
+
+WITHIN = MODEL.format("platform").replace("    a =", "    platform = 3.0\n    a =")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"from sys import platform\n\nplatform = 2.0\n\n\n{MODEL.format('platform')}",
+        f"from sys import platform\n\n\n{WITHIN}",
+        f"from os import path\nfrom sys import float_info\n\n\n{MODEL.format('float_info.max')}",
+    ],
+)
+def test_a_name_of_the_model_is_not_what_an_import_gave(script, text):
+    """It is given another value, by a constant or in the function, or is the same everywhere."""
+    script(text, "given_again")
+
+
+def test_a_constant_that_is_read_above_the_function_is_in_what_is_computed(script):
+    models = [
+        script(f"C = {value}\n\n\n{MODEL.format('C')}".replace(" m(", f" m{value}("), f"constant_{value}")
+        for value in (1, 2)
+    ]
+    one, other = (
+        {**getattr(made, f"m{value}").reading.told_by_part}["the equations"] for value, made in enumerate(models, 1)
+    )
+    assert one != other
+
+
+OWN = """class Rock:
+    def rvs(self):
+        return 2.0
+
+    def twice(self):
+        return 2.0 * self.rvs()
+
+    @staticmethod
+    def resample(y):
+        return 3.0 * y
+
+
+ROCK = Rock()
+
+
+"""
+
+
+@pytest.mark.parametrize(
+    "read", ["Rock().rvs()", "ROCK.rvs()", "Rock.resample(x)", "ROCK.twice()", "(lambda r: r.rvs())(ROCK)"]
+)
+def test_a_method_of_the_user_is_judged_by_what_it_does(script, read):
+    script(AROUND + OWN + MODEL.format(read), "of_the_user")
+
+
+@pytest.mark.parametrize("read", ["Own().rvs()", "Wild().rvs()", "(lambda d: d.rvs())(stats.norm(0, 1))"])
+def test_what_draws_by_a_class_of_the_user_is_refused(script, read):
+    text = "class Own(stats.rv_continuous):\n    pass\n\n\n"
+    text += "class Wild:\n    def rvs(self):\n        return random.random()\n\n\n" if "Wild" in read else ""
+    with pytest.raises(InputError, match=r"found what is read anew in every run"):
+        script(AROUND + text + MODEL.format(read), "drawn_of_it")
+
+
 TEXT = "NOW, HELD, HASH = round(time.time(), -9), deep(), hash('a') % 7\n\n\n" + MODEL.format("NOW * HELD * HASH")
 
 

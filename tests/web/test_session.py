@@ -323,6 +323,9 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube):
                 assert one["stripes"] == "#ffffff"
         assert np.array_equal(columns["safe"] == 1, found.grades.allowed[number])
         assert columns["values"].shape == (1, 2, 4)
+        assert np.array_equal(columns["open"][0] == 1, found.unsettled[number])
+        assert head["open_words"] == f"not settled ({np.count_nonzero(found.unsettled[number])} of 8)"
+    assert found.unsettled.any()
     assert len(np.unique(codes)) > 1
     assert area_choices(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n")) == []
 

@@ -15,6 +15,15 @@ BIFURCATIONS = (HOPF, FOLD, BRANCH, DOUBLING, TORUS)
 NOT_DECIDED = -1  # in place of the number of unstable directions: a multiplier lies on the unit circle within its error
 # of what emanates at a Hopf bifurcation or a doubling: none does, stable beside it, unstable, not known
 NONE, SUPERCRITICAL, SUBCRITICAL, UNKNOWN = 0, -1, 1, 2
+# Whether the branch that springs from a special point was followed: of unfinished and other files it is not known.
+SPRING_NOT_KNOWN, NOTHING_SPRINGS, FOLLOWED, NOT_FOLLOWED = -1, 0, 1, 2
+SPRING_NAMES = {
+    SPRING_NOT_KNOWN: "not_known",
+    NOTHING_SPRINGS: "none",
+    FOLLOWED: "followed",
+    NOT_FOLLOWED: "not_followed",
+}
+SPRINGS = (HOPF, BRANCH, DOUBLING, TORUS)  # the labels of points from which another branch springs
 CRITICALITY_NAMES = {SUPERCRITICAL: "supercritical", NONE: "none", SUBCRITICAL: "subcritical", UNKNOWN: "not_known"}
 CRITICALITY = {
     "supercritical": "supercritical: grows from zero",

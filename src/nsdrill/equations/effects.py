@@ -13,6 +13,7 @@ import ctypes
 import datetime
 import importlib
 import inspect
+import linecache
 import os
 import re
 import sys
@@ -21,7 +22,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import partial
+from functools import lru_cache, partial
 from io import TextIOBase
 from operator import length_hint
 from types import CodeType, FunctionType, GeneratorType, MethodType, ModuleType
@@ -61,7 +62,7 @@ OF_MACHINE = OUTSIDE | {"sys", "time", "sysconfig", "site", "locale"}
 SAME_EVERYWHERE = frozenset({"float_info", "exit"})  # of these
 # What a module says of where and as what it was loaded.
 OF_PLACE = frozenset({"__file__", "__cached__", "__path__", "__spec__", "__loader__", "__name__", "__version__"})
-DRAWS = frozenset({"rvs", "resample"})  # methods of the distributions of SciPy
+DRAWS = frozenset({"rvs", "resample"})  # methods of the distributions of SciPy, not of classes of a model
 SEEDED = frozenset({"random_state", "rng", "seed"})  # arguments of functions of SciPy that draw
 UNREAD = frozenset({eval, exec})  # what stands in their text is not read
 # What Python says of whatever uses these from within a library (PEP 578).
@@ -331,12 +332,58 @@ def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None
     known = {**vars(builtins), **function.__globals__, **referred(function)}
     own = {*function.__code__.co_varnames, *function.__code__.co_cellvars}
     known = {name: value for name, value in known.items() if name not in own} | imported
+    of_machine = {name: value for name, value in _imported_above(function).items() if name not in own}
     for node in inner:  # a call before what is called in it; what is not called here may be so under another name
         called = [node.func] if isinstance(node, ast.Call) else []
         is_afresh = any(_is_afresh(_value_of(one, known)) for one in (*called, node))
         if is_afresh or _is_today(node, known) or _is_of_machine(node, known) or _is_drawn(node, known):
             return getattr(node, "lineno", 0), ast.unparse(node)
+        if isinstance(node, ast.Name) and node.id in of_machine:
+            return node.lineno, f"{node.id}, which is {of_machine[node.id]}"
     return None
+
+
+def _imported_above(function: FunctionType) -> dict[str, str]:
+    """The names that the text around a function imports of what a module says of the machine, as
+    ``from sys import platform``, each with what it is: its value tells nothing of where it is from. In
+    a notebook of all cells. One that is given another value, or is named in a line of its own, as
+    ``PLATFORM = sys.platform``, is a constant of the model."""
+    names = function.__globals__
+    cells = names.get("In") if names.get("__name__") == "__main__" else None
+    texts = [one for one in cells if isinstance(one, str)] if isinstance(cells, list) else []
+    found: dict[str, str] = {}
+    for text in ("".join(linecache.getlines(function.__code__.co_filename)), *texts):
+        found |= _of_machine_in(text)
+    return {
+        name: told
+        for name, told in found.items()
+        if names.get(name) is getattr(sys.modules.get(told.rpartition(".")[0]), told.rpartition(".")[2], names)
+    }
+
+
+@lru_cache(maxsize=64)
+def _of_machine_in(text: str) -> dict[str, str]:
+    """The names of imports of a text that stand for what a module says of the machine."""
+    found: dict[str, str] = {}
+    with suppress(SyntaxError, ValueError):  # a cell may have what is no Python
+        for node in ast.walk(ast.parse(text)):
+            if not isinstance(node, ast.ImportFrom) or node.level or node.module not in OF_MACHINE:
+                continue
+            with suppress(ImportError):  # of another system
+                module = importlib.import_module(node.module)
+                names = {one.name: one.asname or one.name for one in node.names}
+                given = {name: name for name in vars(module)} if "*" in names else names
+                for name, own in given.items():
+                    if _tells_of_machine(module, name):
+                        found[own] = f"{node.module}.{name}"
+    return found
+
+
+def _tells_of_machine(module: ModuleType, name: str) -> bool:
+    """Whether a name of a module is a value that tells of the machine: no function, but for those of ``sys``."""
+    value = getattr(module, name, None)
+    is_told = module.__name__ in OF_MACHINE and not isinstance(value, ModuleType) and value is not os.fspath
+    return is_told and name not in SAME_EVERYWHERE and (not callable(value) or module is sys)
 
 
 def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, object]:
@@ -396,11 +443,7 @@ def _is_of_machine(node: ast.AST, known: Mapping[str, object]) -> bool:
     node = _as_attribute(node, known)
     if not isinstance(node, ast.Attribute) or not isinstance(of := _value_of(node.value, known), ModuleType):
         return False
-    value = getattr(of, node.attr, None)
-    if node.attr in OF_PLACE:
-        return True
-    is_told = of.__name__ in OF_MACHINE and not isinstance(value, ModuleType) and value is not os.fspath
-    return is_told and node.attr not in SAME_EVERYWHERE and (not callable(value) or of is sys)
+    return node.attr in OF_PLACE or _tells_of_machine(of, node.attr)
 
 
 def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:
@@ -408,7 +451,7 @@ def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:
     if not isinstance(node, ast.Call):
         return False
     if isinstance(node.func, ast.Attribute) and node.func.attr in DRAWS:
-        return True
+        return _is_of_scipy(node.func, known)
     value = _value_of(node.func, known)
     if value is None or not str(getattr(value, "__module__", "")).startswith("scipy."):
         return False
@@ -417,6 +460,36 @@ def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:
     with suppress(TypeError, ValueError):  # one without a signature
         return not SEEDED.isdisjoint(inspect.signature(value).parameters)  # type: ignore[arg-type]
     return False
+
+
+def _is_of_scipy(method: ast.Attribute, known: Mapping[str, object]) -> bool:
+    """Whether a method with a name of :data:`DRAWS` may be one of SciPy: not where it is found, or
+    where what has it is not known and a class of the model has one of this name."""
+    kind = _kind_of(method.value, known)
+    if isinstance(kind, ModuleType):
+        return str(getattr(getattr(kind, method.attr, None), "__module__", "")).startswith("scipy.")
+    if kind is not None:
+        own = next((vars(one)[method.attr] for one in kind.__mro__ if method.attr in vars(one)), None)
+        return own is None or not is_foreign(getattr(inspect.unwrap(getattr(own, "__func__", own)), "__module__", ""))
+    classes = [one if isinstance(one, type) else type(one) for one in known.values()]
+    return not any(is_foreign(one.__module__) and method.attr in vars(one) for one in classes)
+
+
+def _kind_of(node: ast.AST, known: Mapping[str, object]) -> type | ModuleType | None:
+    """The class of what an expression gives: of a name, of an attribute of an object that is known,
+    of a call of a class; a module or a class as it is; None where it is not known."""
+    if isinstance(node, ast.Call):
+        called = _value_of(node.func, known)
+        if isinstance(called, type):
+            return called
+        # a distribution of SciPy gives one of numbers
+        return type(called) if called is not None and type(called).__module__.startswith("scipy.") else None
+    value = _value_of(node, known)
+    if value is None and isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        value = inspect.getattr_static(known.get(node.value.id), node.attr, None)
+    if value is None:
+        return None
+    return value if isinstance(value, (type, ModuleType)) else type(value)
 
 
 def _is_today(node: ast.AST, known: Mapping[str, object]) -> bool:

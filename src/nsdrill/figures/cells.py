@@ -195,7 +195,12 @@ def hatch_unsettled(axes: Axes, cells: Cells, unsettled: Array) -> None:
 def unsettled_entry(number: int, of: int) -> Artist:
     """The legend entry of what :func:`hatch_unsettled` hatches, with its number."""
     style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4, "hatch": UNSETTLED_HATCH}
-    return area_entry(f"not settled ({number} of {of})", gid="unsettled", **style)
+    return area_entry(unsettled_label(number, of), gid="unsettled", **style)
+
+
+def unsettled_label(number: int, of: int) -> str:
+    """The words of a legend for so many of so many points that had not settled."""
+    return f"not settled ({number} of {of})"
 
 
 def verdict_handles(verdicts: Array) -> list[Artist]:

@@ -54,10 +54,12 @@ BETWEEN_SIDES = 0.1  # arclength from a branch point to the first point on its o
 @dataclass
 class Found:
     """The ``branches``, and for each of the ``seeds`` ``followed`` or the reason why it
-    was not."""
+    was not. ``sprung`` are the special points, by the numbers of the branch and of the point, of
+    which the branch that springs there is one of the branches; None where it is not known."""
 
     branches: list[Branch]
     seeds: list[str]
+    sprung: set[tuple[int, int]] | None = None
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,7 @@ class Explorer:
         self.flow, self.orders, self.stored, self.store, self.poll = flow, orders, stored or {}, store, poll
         self.watch, self.known, self._waves = watch, Known(flow), 0
         self._tried: set[tuple[int, int]] = set()  # branch and special point
+        self._sprung: set[tuple[int, int]] = set()  # of these those from which a branch was found
         self._ended: dict[Key, Branch] = {}  # of a wave
         self._own: dict[Key, Stretch] = {}  # of the known branches
         self.seeds = self.open = 0
@@ -127,7 +130,7 @@ class Explorer:
                 break
         for guess in self._on_no_branch(guesses):
             outcomes[guess.number] = f"left when {MAX_WAVES} rounds of seeds had been followed"
-        return Found(self.known.branches, outcomes)
+        return Found(self.known.branches, outcomes, self._sprung)
 
     @staticmethod
     def _taken(results: dict[int, T | str], outcomes: list[str]) -> list[T]:
@@ -147,7 +150,10 @@ class Explorer:
 
     def _new(self, candidates: Collection[Candidate]) -> list[Candidate]:
         tasks = {
-            one.key: self.known.on_branch(one.kind, one.signatures, one.point.found.mesh_states) for one in candidates
+            one.key: self.known.on_branch(
+                one.kind, one.signatures, one.point.found.mesh_states, but=one.parent if one.crosses else -1
+            )
+            for one in candidates
         }
         on_branch = advance(self.flow, tasks, self.poll)
         return [one for one in candidates if not on_branch[one.key]]
@@ -169,7 +175,9 @@ class Explorer:
         places = dict(sorted(first.values(), key=lambda one: one[0]))
         self._tried |= places.keys()
         tasks = {place: emanating(self.flow, self.orders, (1, *place), *entry) for place, entry in places.items()}
-        return self._new([one for one in advance(self.flow, tasks, self.poll).values() if one is not None])
+        found = advance(self.flow, tasks, self.poll)
+        self._sprung |= {place for place, one in found.items() if one is not None}
+        return self._new([one for one in found.values() if one is not None])
 
     def _follow_wave(self, wave: list[Candidate]) -> None:
         """Follow the branches of a wave side by side; add those that are new."""
@@ -285,14 +293,14 @@ def emanating(flow: Flow, orders: Orders, key: Key, branch: Branch, entry: Label
     elif entry.label == DOUBLING and motion == PERIODIC and 2 * branch.lobes <= max(orders.lobes):
         longer = problem = Periodic.at(flow, 2 * branch.lobes, orbit.values, orbit.state)
         tasks = [_switched(longer, orbit, critical_vector(orbit, -1.0))]
-    elif entry.label == BRANCH and motion == PERIODIC:
-        same = problem = Periodic.at(flow, branch.lobes, orbit.values, orbit.state, len(orbit.mesh_states))
-        vector = critical_vector(orbit, 1.0)
-        tasks = [_switched(same, orbit, vector), _switched(same, orbit, -vector)]
+    elif entry.label == BRANCH and motion in (EQUILIBRIUM, PERIODIC, CYCLE):
+        problem = _problem_at(flow, branch, orbit)
+        base, across = yield from _across(problem, branch, entry)
+        tasks = [first_point_on(problem, base, one) for one in across]
     else:
         return None
     sides = yield from gather(dict(enumerate(tasks)))
-    kind = CYCLE if isinstance(problem, Cycle) else PERIODIC, problem.lobes
+    kind = (motion, branch.lobes) if entry.label == BRANCH else _kind_of(problem)
     found = []
     for _, one in sorted(sides.items()):
         if one is not None and (yield from equal_parts(flow, kind, one.found)) == 1:
@@ -301,7 +309,48 @@ def emanating(flow: Flow, orders: Orders, key: Key, branch: Branch, entry: Label
         return None
     point, other = found[0], found[1] if len(found) > 1 else None
     own = signatures(flow, kind, point.found)
-    return Candidate(key, kind, problem.updated(point.x), point, own, key[-2], key[-1], other is None, other)
+    crosses = entry.label == BRANCH
+    return Candidate(key, kind, problem.updated(point.x), point, own, key[-2], key[-1], other is None, other, crosses)
+
+
+def _kind_of(problem: Periodic | Cycle) -> Kind:
+    """The kind of the motions that emanate at a doubling or a Hopf bifurcation."""
+    return (CYCLE, 1) if isinstance(problem, Cycle) else (PERIODIC, problem.lobes)
+
+
+def _problem_at(flow: Flow, branch: Branch, orbit: Orbit) -> Periodic | Cycle:
+    """The problem of the motions of a ``branch``, near one of them."""
+    segments = len(orbit.mesh_states)
+    if branch.motion == CYCLE:
+        return Cycle.at(flow, orbit.period, orbit.values, orbit.state, segments)
+    return Periodic.at(flow, branch.lobes, orbit.values, orbit.state, segments)
+
+
+def _unknowns(problem: Periodic | Cycle, orbit: Orbit) -> Array:
+    """The unknowns of ``problem`` at a motion."""
+    if isinstance(problem, Cycle):
+        return problem.unknowns(orbit.mesh_states, orbit.period, orbit.values[-1])
+    return problem.unknowns(orbit.mesh_states, orbit.values[-1])
+
+
+def _across(problem: Periodic | Cycle, branch: Branch, entry: LabelledPoint) -> Task[tuple[Array, list[Array]]]:
+    """The unknowns at a branch point of a ``branch``, and both directions in which another one crosses
+    there. Where two branches cross the Jacobian has two null vectors: this one is normal to that
+    along the branch. The critical vector of the motion alone does not tell it: where the branch
+    turns back, that is the vector along it. No direction where the runs fail."""
+    place = next(k for k, one in enumerate(branch.marked) if one is entry)
+    base = _unknowns(problem, entry.point.found)
+    neighbours = branch.marked[max(place - 1, 0) : place] + branch.marked[place + 1 : place + 2]
+    beside = [_unknowns(problem, one.point.found) for one in neighbours]
+    evaluation = yield from problem.evaluate(base)
+    same = [one for one in beside if one.shape == base.shape]
+    if evaluation is None or not same:
+        return base, []
+    along = same[-1] - same[0] if len(same) > 1 else same[0] - base
+    null = np.linalg.svd(evaluation.jacobian)[2][-2:]
+    one, other = null @ along
+    vector = other * null[0] - one * null[1]
+    return base, [vector, -vector]
 
 
 def first_point_on(problem: Problem, base: Array, direction: Array) -> Task[Point | None]:

@@ -104,7 +104,8 @@ class Guess:
 class Candidate:
     """A converged motion of a ``kind`` from which a branch may be followed, to one side
     only where ``one_side``. ``other`` is the first point on the other side of a branch
-    point. ``signatures`` are those of ``point``."""
+    point. ``signatures`` are those of ``point``. Where it ``crosses`` its parent at a branch point it
+    begins beside it, and is another branch however near."""
 
     key: Key
     kind: Kind
@@ -115,6 +116,7 @@ class Candidate:
     parent_point: int = -1
     one_side: bool = False
     other: Point | None = None
+    crosses: bool = False
 
 
 def at_angle_zero(flow: Flow, seeds: list[Seed]) -> list[Seed | None]:

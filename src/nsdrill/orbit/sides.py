@@ -114,11 +114,14 @@ class Known:
         self.round = 0
         self._of_branches: dict[int, Line] = {}
 
-    def on_branch(self, kind: Kind, found: list[Array], states: Array, tolerance: float = 0.0) -> Task[bool]:
-        """Whether a motion with one of the signatures ``found`` lies on a branch. That of a
+    def on_branch(
+        self, kind: Kind, found: list[Array], states: Array, tolerance: float = 0.0, but: int = -1
+    ) -> Task[bool]:
+        """Whether a motion with one of the signatures ``found`` lies on a branch, ``but`` for that of
+        this number, beside which it begins. That of a
         cycle is but its period, which another cycle may have as well: then ``states``
         [n, states] of the motion have to lie about a cycle of the branch."""
-        lines = self._lines_near(kind, found, tolerance)
+        lines = self._lines_near(kind, found, tolerance, but)
         if kind[0] != CYCLE:
             return bool(lines)
         for line in lines:
@@ -132,9 +135,10 @@ class Known:
                 return True
         return False
 
-    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> list[Line]:
+    def _lines_near(self, kind: Kind, found: list[Array], tolerance: float = 0.0, but: int = -1) -> list[Line]:
         """The branches that pass near a motion with one of these signatures."""
-        lines = (self._line_of(k) for k, one in enumerate(self.branches) if (one.motion, one.lobes) == kind)
+        of_kind = (k for k, one in enumerate(self.branches) if (one.motion, one.lobes) == kind and k != but)
+        lines = (self._line_of(k) for k in of_kind)
         return [line for line in lines if passes_near(line.signatures, found, tolerance)]
 
     def _line_of(self, number: int) -> Line:

@@ -39,7 +39,7 @@ from nsdrill.analysis.bifurcations import (
 )
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
-from nsdrill.orbit.newton import Point, Problem, corrected_between
+from nsdrill.orbit.newton import NEWTON_TOLERANCE, Point, Problem, corrected_between
 from nsdrill.orbit.shooting import UNSTABLE_TOLERANCE, Orbit
 from nsdrill.records import dataclass
 
@@ -56,7 +56,9 @@ REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its mo
 # Arclength between a fold and a branch point that are one: beside a branch point Newton's method finds points of
 # either branch, and its place is not known better.
 SAME_PLACE = 0.01
+SAME_PARAMETER = 10.0 * NEWTON_TOLERANCE
 PITCHFORK = "pitchfork, where the branch turns back"
+PITCHFORK_OR_FOLD = "pitchfork, or a fold beside a branch point: too close to tell"
 # A branch that keeps the parameter to this, over the arclength, is a family of motions at one value of it, as where
 # energy is conserved. All of them have a multiplier 1: it has neither folds nor branch points that are more than noise.
 VERTICAL = 1e-8
@@ -124,17 +126,27 @@ def special_points(
 def _with_pitchforks(points: list[LabelledPoint]) -> list[LabelledPoint]:
     """The special points of a step, in order; a branch point at which the parameter turns back
     is one point: a pitchfork, at which no motion vanishes."""
-    turns = [entry.point.s for entry in points if entry.label == FOLD]
-    crossings = [entry.point.s for entry in points if entry.label == BRANCH]
+    turns = [entry for entry in points if entry.label == FOLD]
+    crossings = [entry for entry in points if entry.label == BRANCH]
 
-    def is_among(entry: LabelledPoint, places: list[float]) -> bool:
-        return any(abs(entry.point.s - place) < SAME_PLACE for place in places)
+    def at(entry: LabelledPoint, others: list[LabelledPoint]) -> LabelledPoint | None:
+        return next((one for one in others if abs(entry.point.s - one.point.s) < SAME_PLACE), None)
 
-    apart = [entry for entry in points if entry.label != BRANCH or not is_among(entry, turns)]
-    return [
-        replace(entry, label=BRANCH, words=PITCHFORK) if entry.label == FOLD and is_among(entry, crossings) else entry
-        for entry in apart
-    ]
+    found = []
+    for entry in points:
+        if entry.label == BRANCH and at(entry, turns) is not None:
+            continue
+        crossing = at(entry, crossings) if entry.label == FOLD else None
+        found.append(entry if crossing is None else _pitchfork(entry, crossing))
+    return found
+
+
+def _pitchfork(fold: LabelledPoint, crossing: LabelledPoint) -> LabelledPoint:
+    """The branch point at a ``fold``. It may be a fold beside it unless both are located, at one
+    parameter within the error of Newton's method."""
+    is_located = UNRESOLVED not in (fold.words, crossing.words)
+    is_one = abs(float(fold.point.x[-1] - crossing.point.x[-1])) < SAME_PARAMETER
+    return replace(fold, label=BRANCH, words=PITCHFORK if is_located and is_one else PITCHFORK_OR_FOLD)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import DOUBLING, HOPF, NONE, NOT_DECIDED, UNKNOWN, meanings_of
+from nsdrill.analysis.bifurcations import (
+    DOUBLING,
+    HOPF,
+    NONE,
+    NOT_DECIDED,
+    NOTHING_SPRINGS,
+    SPRING_NOT_KNOWN,
+    SPRINGS,
+    UNKNOWN,
+    meanings_of,
+)
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, brief
 from nsdrill.files import MAKE_ROOM
@@ -54,9 +64,10 @@ _CURVE = {
     "curve_end_reason": TEXT,
     "curve_row_size": WHOLE,
 }
-_MORE = {"label_note": TEXT, "criticality": WHOLE, "normal_form": REAL, "normal_form_error": REAL}
+_MORE = {"label_note": TEXT, "criticality": WHOLE, "springs": WHOLE, "normal_form": REAL, "normal_form_error": REAL}
 _LEAST = {
     "criticality": -1,
+    "springs": SPRING_NOT_KNOWN,
     "row_size": 1,
     "curve_row_size": 1,
     "parent": -1,
@@ -137,7 +148,7 @@ def _checked(data: Dataset, attrs: Attributes) -> Dataset:
             raise _Wrong(f"the variable {name} has numbers of no branch")
     for name, kind in _MORE.items():
         if name not in data.variables:
-            data = data.assign({name: ("point", _missing(data["label"].values, kind))})
+            data = data.assign({name: ("point", _missing(data["label"].values, name, kind))})
     data = _with(data, "point", _MORE)
     if "curve_row_size" in data.variables:
         over = _axis(data, attrs, "over", "curve_point", "curve_")
@@ -181,13 +192,15 @@ def _with(data: Dataset, dim: str, kinds: dict[str, str]) -> Dataset:
     return data.assign(plain)
 
 
-def _missing(labels: Array, kind: str) -> Array:
+def _missing(labels: Array, name: str, kind: str) -> Array:
     """The values of a variable of points with these ``labels`` that others than ours left
     out."""
     if kind == TEXT:
         return np.full(len(labels), "", dtype=object)
     if kind == REAL:
         return np.full(len(labels), np.nan)
+    if name == "springs":
+        return np.where(np.isin(labels, SPRINGS), SPRING_NOT_KNOWN, NOTHING_SPRINGS)
     return np.where(np.isin(labels, (HOPF, DOUBLING)), UNKNOWN, NONE)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from nsdrill.analysis.bifurcations import (
     END,
     EQUILIBRIUM,
     NOT_DECIDED,
+    SPRING_NAMES,
     TOUCHES,
     Meaning,
     meaning_beside,
@@ -58,9 +60,16 @@ def summarize_branches(data: Dataset) -> Answer:
         "points": int(data.sizes["point"]),
         "unfinished": str(attrs.get("unfinished", "")),
         "seeds": _seeds(attrs),
+        "not_followed": _counted(branches, "not_followed"),
+        "not_known_whether_followed": _counted(branches, "not_known"),
         "branches": branches,
         "curves": _curves(data, meanings),
     }
+
+
+def _counted(branches: Sequence[Answer], springs: str) -> dict[str, int]:
+    """How many special points of each label have this word of the branch that springs from them."""
+    return dict(Counter(one["label"] for branch in branches for one in branch["special"] if one["springs"] == springs))
 
 
 def _seeds(attrs: Attributes) -> dict[str, int]:
@@ -80,6 +89,7 @@ def _parts(sizes: Array) -> list[slice]:
 def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
     values, unstable, attrs = numbers[part], data["unstable"].values[part], data.attrs
     labels, notes = data["label"].values[part], data["label_note"].values[part]
+    springs = data["springs"].values[part]
     criticality, form, error = (data[name].values[part] for name in ("criticality", "normal_form", "normal_form_error"))
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
     is_closed = bool(data["closed"].values[number])
@@ -101,6 +111,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
                 "unstable_before": before,
                 "unstable_after": after,
                 "criticality": CRITICALITY_NAMES.get(int(criticality[place]), "not_known"),
+                "springs": SPRING_NAMES.get(int(springs[place]), "not_known"),
                 "normal_form": float(form[place]),
                 "normal_form_error": float(error[place]),
             }
@@ -257,6 +268,7 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
+    yield from _not_followed(s)
     reasons = [one["end_reason"] for one in (*s["branches"], *s["curves"])]
     for what, key in (("branch", "continue.points"), ("curve", "continue.curves.points")):
         if cut := sum(f"as {key} allows" in one for one in reasons):
@@ -264,6 +276,17 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
             yield f"  cut off        {count(cut, what)} {goes} on beyond as many points as {key} allows: raise it"
     if s.get("unfinished"):
         yield "  Go on with the command that began it and --resume; some branches may turn out to be parts of others."
+
+
+def _not_followed(s: Answer) -> Iterator[str]:
+    """The lines on special points of which the branch that springs there is not in the file, or may not be."""
+    for head, key, rest_of_it in (
+        ("NOT FOLLOWED", "not_followed", "what springs there is missing here"),
+        ("not known", "not_known_whether_followed", "whether what springs there is here"),
+    ):
+        if found := s[key]:
+            points = ", ".join(f"{number} {label.replace('_', ' ')}" for label, number in found.items())
+            yield f"  {head:14s} {count(sum(found.values()), 'special point')} ({points}): {rest_of_it}"
 
 
 def _rows(s: Answer, units: str) -> Iterator[str]:
@@ -356,6 +379,8 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             meaning += _change(special["unstable_before"], special["unstable_after"])
             if words := CRITICALITY[special["criticality"]]:
                 meaning += f"; {words}"
+            if special["springs"] == "not_followed":
+                meaning += "; not followed from here"
             yield (f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]")
         if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"

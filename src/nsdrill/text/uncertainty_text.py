@@ -197,6 +197,12 @@ def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     )
     yield ""
     yield from _unknown_lines(summary, units)
+    if scaled := summary["scale_not_seen"]:
+        others = f"; of what is measured only {', '.join(scaled['others'])} may" if scaled["others"] else ""
+        yield (
+            f"  A torque or a weight whose scale is off at all points alike makes {' and '.join(scaled['unknowns'])} "
+            f"off by that share or more, and the deviations of the torque do not show it{others}: check the scales."
+        )
     yield ""
     yield from _feature_lines(summary, units)
     for verdict in verdicts(summary):
@@ -214,7 +220,12 @@ def _unknown_lines(summary: Answer, units: str) -> Iterator[str]:
         yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
 
 
-INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
+INFORMATION_WORDS = {
+    "well": "determined",
+    "partly": "partly determined",
+    "not": "NOT DETERMINED by these data",
+    "on_this_branch": "DETERMINED ONLY IF the well was in the motion of the runs",
+}
 WHY_UNKNOWN = {  # by the doubt of the fit
     "failed": "as samples failed",
     "unmatched": "as no run gives the data",
@@ -294,9 +305,10 @@ def verdicts(summary: Answer) -> Iterator[str]:
         yield (f"THE DATA DO NOT DETERMINE {', '.join(undetermined)}, which is as uncertain as before.")
     for pair in summary["together"]:
         direction = "together" if pair["correlation"] > 0 else "against each other"
+        on_branch = "if the well was in the motion of the runs, " if summary["history"] else ""
         yield (
-            f"{' and '.join(pair['keys'])} go {direction} (correlation {pair['correlation']:.2f}): the data determine "
-            "a combination of the two better than either. Use the joint samples of the written study."
+            f"{' and '.join(pair['keys'])} go {direction} (correlation {pair['correlation']:.2f}): {on_branch}the data "
+            "determine a combination of the two better than either. Use the joint samples of the written study."
         )
     for row in summary["unknowns"]:
         if row["at_the_end"]:

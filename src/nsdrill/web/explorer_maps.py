@@ -17,6 +17,7 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
 from nsdrill.app.answering.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
+from nsdrill.figures.cells import unsettled_label
 from nsdrill.figures.slices import edges
 from nsdrill.figures.style import BAD_TO_GOOD, FIELD_BORDER
 from nsdrill.figures.zones import ONLY_FROM_ABOVE, STARTED, UNKNOWN, codes_of, lowered, zones
@@ -74,6 +75,9 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         found = find_window(results)
         head |= {"recommended": _first_point(found, maps, third)} | _told(found, units)
         columns |= {"safe": safe.astype(float)}
+        if name == WINDOW:  # striped as in the picture: what they show need not be what comes to stay
+            columns["open"] = maps.unsettled[third].astype(float)[None]
+            head["open_words"] = unsettled_label(int(columns["open"].sum()), columns["open"].size)
     place = [held.get(axis, 0) if axis in results.axes and name == WINDOW else 0 for axis in results.grid]
     for axis, (dimension, step) in axes.items():
         head[axis] = {**head[axis], "dimension": dimension, "step": step}

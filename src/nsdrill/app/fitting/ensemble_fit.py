@@ -63,7 +63,9 @@ SHORT = 12  # characters of the text of a round setting, at most
 SETTLED = "settled"
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 NO_CREDIT = {"failed", "unmatched", "unsettled", "unfinished"}  # doubts with which what is determined is not known
+ON_THE_BRANCH = "on_this_branch"  # what is told where the history decides: determined if the well was in that motion
 MOST_UNSETTLED = 0.05  # of the weight of the samples
+TORQUE_OR_SHARE = {"1", "", "N m"}  # the units of friction that is in proportion to its torque
 FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
@@ -174,7 +176,9 @@ def fit(
     note["history"] = two_motions(study, measured, _unknown_values(keys, begun))
     note["doubts"] = _doubts(note)
     if NO_CREDIT & {*note["doubts"]}:
-        note |= {"unknowns": _without_credit(note["unknowns"]), "together": []}  # nor is a combination known
+        note |= {"unknowns": _told_less(note["unknowns"], "unknown"), "together": []}  # nor is a combination known
+    elif note["history"]:
+        note["unknowns"] = _told_less(note["unknowns"], ON_THE_BRANCH)
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -200,20 +204,23 @@ def unknowns_of(study: Study) -> dict[str, Numbers]:
 
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
     """A warning, in ``units`` "si" or "field", for each measured setting far outside
-    the sweep of the study, whose unit may be wrong."""
+    the sweep of the study, or far from what the study gives it, whose unit may be wrong."""
     leaves = study.keys.axes
     warnings = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
-        if len(swept) < 2:
+        own = float(getattr(study.operation, key, 0.0) or 0.0)
+        is_given = own > 0.0 and own != leaves[key].default  # a default is no word of the user on the well
+        if len(swept) < 2 and not is_given:
             continue
-        low, high = float(swept[0]), float(swept[-1])
+        low, high = (float(swept[0]), float(swept[-1])) if len(swept) > 1 else (own, own)
         outside = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if outside.size:
             setting, first, last = (_setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high))
+            study_has = f"sweeps {first} to {last}" if len(swept) > 1 else f"has {first}"
             warnings.append(
-                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the study sweeps {first} to "
-                f"{last}. Is the unit in the head right?"
+                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the study {study_has}. Is "
+                "the unit in the head right?"
             )
     return warnings
 
@@ -351,11 +358,12 @@ def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior
     return unknowns
 
 
-def _without_credit(unknowns: list[Answer]) -> list[Answer]:
-    """What the data tell of each unknown with one of the doubts :data:`NO_CREDIT`: that it is determined is
-    not known. Samples that failed may agree with the data better than all others, intervals about what
-    does not agree, of passing motions or of few samples mean little."""
-    return [row if row["told"] == "not" else row | {"told": "unknown"} for row in unknowns]
+def _told_less(unknowns: list[Answer], told: str) -> list[Answer]:
+    """What the data tell of each unknown where a doubt leaves only ``told`` of one that is determined: with
+    one of :data:`NO_CREDIT` it is not known. Samples that failed may agree with the data better than all others,
+    intervals about what does not agree, of passing motions or of few samples mean little. Where another motion
+    is possible, the width is that of the values with which the runs, not the well, came to the measured one."""
+    return [row if row["told"] == "not" else row | {"told": told} for row in unknowns]
 
 
 def _fit_summary(
@@ -384,6 +392,7 @@ def _fit_summary(
         "features": [_feature_summary(name, measured, predicted[name], fitted) for name in measured.values],
         "unknowns": unknowns,
         "together": pairs,
+        "scale_not_seen": _scale_not_seen(unknowns, measured),
         "runs": fitted.runs * measured.points,
         "samples": fitted.runs,
         "left_out": left_out,
@@ -394,6 +403,17 @@ def _fit_summary(
         "chance": chance,
         "explained": chance >= SURE,
     }
+
+
+def _scale_not_seen(unknowns: list[Answer], measured: Measured) -> Answer | None:
+    """The ``unknowns`` of friction that a wrong scale of a measured torque moves by that share, and by more
+    where a part of the torque, as that of damping, is not friction; and what ``others`` were measured, which
+    alone can show it. None where no torque is measured, or no such number is sought."""
+    torques = [name for name in measured.values if "torque" in name]
+    scaled = [one["key"] for one in unknowns if ".friction." in one["key"] and one["units"] in TORQUE_OR_SHARE]
+    if not torques or not scaled:
+        return None
+    return {"unknowns": scaled, "others": [name for name in measured.values if name not in torques]}
 
 
 def _not_known(measured: Measured, fitted: Posterior, found: Array, left_out: int) -> Answer:
@@ -482,7 +502,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW and key != "doubts"}
     table = {key: values.tolist() for key, values in drawn.items()}
     resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
-    if NO_CREDIT & {*note["doubts"]}:
+    if note["doubts"]:
         resolved["uncertain"]["doubts"] = list(note["doubts"])
     source = study.source or "a study"
     failed = (
@@ -499,7 +519,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     unmatched = f"NO RUN GIVES THESE DATA: the best is off by {note['misfit'] ** 0.5:.2g} times the errors."
     few = f"NOT FINISHED: only {note['effective']:.0f} samples count."
     both = "HISTORY DECIDES: steady drilling and stick-slip are both possible at measured points; see nsdrill fit."
-    gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    gains = ", ".join(f"{one['key']} {one['told'].replace('_', ' ')}" for one in note["unknowns"])
     of = f"{count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}"
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {of}, effective "

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import partial
 
 import numpy as np
@@ -25,6 +25,7 @@ from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_o
 from nsdrill.app.fitting.headings import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
+from nsdrill.app.fitting.sensors import contradictions, faults
 from nsdrill.app.fitting.stretches import Unusable, longest_part, stretches_of
 from nsdrill.app.fitting.tables import Table, is_gap, read_table
 from nsdrill.app.fitting.times import kind_of_time, seconds
@@ -300,6 +301,8 @@ class _Reader:
             features |= {full: one for full, one in statistics.items() if full in names.results}
         for name, values in signals.items():
             self.tell_outliers(name, values, lines, kept)
+            if not coarse:
+                self.notes += faults(name, time, values, kept, SLOWEST, partial(self.in_words, name))
         shortest = shortest_period(self.study, points)
         more, told = of_stretches(time, signals, settings, kept, options.ignore, shortest)
         features |= {name: values for name, values in more.items() if name in names.results}
@@ -604,7 +607,11 @@ class _Reader:
         if lacking := [name for name in operation.names() if name not in settings]:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
-        return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
+        found = Measured(self.path, settings, values, errors, tuple(where))
+        speed = settings.get("rotary_speed")
+        if speed is None and (own := getattr(operation, "rotary_speed", None)) is not None:
+            speed = np.full(found.points, float(own))
+        return replace(found, notes=(*self.notes, *contradictions(speed, found)))
 
 
 def outliers(values: Array) -> Array:

@@ -4,14 +4,29 @@ curves of special points in a second number."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, CRITICALITY_NAMES, DOUBLING, FOLD, HOPF, TORUS, meanings_of, seed_text
+from nsdrill.analysis.bifurcations import (
+    CIRCLE,
+    CRITICALITY_NAMES,
+    DOUBLING,
+    FOLD,
+    FOLLOWED,
+    HOPF,
+    NOT_FOLLOWED,
+    NOTHING_SPRINGS,
+    SPRING_NAMES,
+    SPRING_NOT_KNOWN,
+    SPRINGS,
+    TORUS,
+    meanings_of,
+    seed_text,
+)
 from nsdrill.app.experiment import provenance
 from nsdrill.app.following.seeding import RANGE_PARTS, ContinuationSetup, number_of
 from nsdrill.app.telling import Telling
@@ -155,12 +170,16 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
         "flag_values": np.array([*CRITICALITY_NAMES], np.int8),
         "flag_meanings": " ".join(CRITICALITY_NAMES.values()),
     }
+    spring_flags = {"flag_values": np.array([*SPRING_NAMES], np.int8), "flag_meanings": " ".join(SPRING_NAMES.values())}
     form = "coefficient of the normal form, in natural scales: of a Hopf bifurcation the first Lyapunov coefficient"
     return {
         "label": _counts("point", (entry.label for entry in entries), "kind of special point", np.int16, **flags),
         "label_note": _words("point", (entry.words for entry in entries), "what the label means here beyond its kind"),
         "criticality": _counts(
             "point", sides, "what emanates at a Hopf bifurcation or doubling", np.int8, **side_flags
+        ),
+        "springs": _counts(
+            "point", _springs(found), "whether the branch that springs there was followed", np.int8, **spring_flags
         ),
         "normal_form": _numbers("point", [one.coefficient for one in forms], f"{form}, of a doubling c of -x + c x^3"),
         "normal_form_error": _numbers("point", [one.error for one in forms], "error of the coefficient"),
@@ -174,6 +193,18 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
         "residual": _numbers("point", [point.residual for point in points], "residual in natural scales"),
         "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
     }
+
+
+def _springs(found: Found) -> Iterator[int]:
+    """Of each point whether the branch that springs from it was followed."""
+    for number, branch in enumerate(found.branches):
+        for index, entry in enumerate(branch.marked):
+            if entry.label not in SPRINGS:
+                yield NOTHING_SPRINGS
+            elif found.sprung is None:
+                yield SPRING_NOT_KNOWN
+            else:
+                yield FOLLOWED if (number, index) in found.sprung else NOT_FOLLOWED
 
 
 def _axis_attrs(study: Study, key: str) -> Attributes:

@@ -37,7 +37,9 @@ from nsdrill.figures.cells import (
     draw_outline,
     equal_rates_entry,
     hatch,
+    hatch_unsettled,
     outline_entry,
+    unsettled_entry,
 )
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.look import Look
@@ -185,6 +187,7 @@ class Window:
             allowed = self.maps.grades.allowed[number]
             cover(axes, cells, allowed, "revoked:veil", facecolors=(1.0, 1.0, 1.0, REVOKED_VEIL))
             hatch(axes, cells, allowed, REVOKED_HATCH, REVOKED_EDGE, "revoked")
+        hatch_unsettled(axes, cells, self.maps.unsettled[number])
         draw_field(axes, cells, self.maps.grades.allowed[number])
         if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
@@ -335,6 +338,8 @@ class Window:
         if self.revoked and self.maps.grades.allowed.any():
             words = f"{self.revoked.lower()}: {words_of(self.numbers, self.units).not_yet}"
             yield area_entry(words, facecolor="white", hatch=REVOKED_HATCH, edgecolor=REVOKED_EDGE, linewidth=0.4)
+        if unsettled := int(np.count_nonzero(self.maps.unsettled)):
+            yield unsettled_entry(unsettled, self.maps.unsettled.size)
         yield from self._entries_of_points()
 
     def lines(self) -> list[Artist]:
