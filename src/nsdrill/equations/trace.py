@@ -241,7 +241,8 @@ def check_text(function: Function) -> None:
 def check_questions(function: Function) -> None:
     """LanguageError where equations that have been run, or a function of the model that they
     call, ask of a value what it cannot answer."""
-    for each in (function, *sources(cast(FunctionType, function))):
+    assert isinstance(function, FunctionType)
+    for each in (function, *sources(function)):
         try:
             tree = definition(each)
         except LanguageError:

@@ -14,14 +14,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import partial
 
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.app.check import shortest_period
-from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed, words_of_repeated
 from nsdrill.app.fitting.headings import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
@@ -604,7 +604,8 @@ class _Reader:
         if lacking := [name for name in operation.names() if name not in settings]:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
-        return Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes))
+        found = Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes), frozenset(assumed))
+        return replace(found, notes=(*found.notes, *words_of_repeated(found)))
 
 
 def outliers(values: Array) -> Array:
