@@ -59,6 +59,7 @@ MEASURED_BY = "measured_by_scripts"  # root attribute: script and digest of each
 NATURAL_SCALES = "natural_scales"  # root attribute: those of the states of a script's model, as JSON
 GUESSED_SCALES = "guessed_scales"  # likewise: the states of which it is a guess, where there are such
 EDITED_SOURCE = "unsealed_source"  # root attribute: what was changed by another program, or by hand, of data
+SHORTEST_PERIOD = "shortest_period"  # root attribute of a trace: the shortest known of its motion [s]
 NOT_CARRIED_RUN = "not_carried"  # root attribute of a trace: 1 where the run came after a failed one in its chain
 ENDS_EARLY = "stick_slip_ends_early"  # where stick-slip ends earlier than torsion alone explains
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from nsdrill.analysis.fitting import end_pressed, posterior
+from nsdrill.analysis.fitting import Measured, end_pressed, posterior
 from nsdrill.figures.measured_overlay import bins_for
 
 LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
@@ -135,3 +135,48 @@ def test_an_unknown_that_presses_against_an_end_is_told(draw, width, expected, c
 def test_few_samples_are_drawn_in_few_bins():
     """Sixty in eight (2 * 60^(1/3) = 7.8); a million in thirty at most."""
     assert (bins_for(60), bins_for(1000), bins_for(1e6)) == (8, 20, 30)
+
+
+def points(speeds, values, error, assumed):
+    values, at = np.array(values), {"rotary_speed": np.array(speeds)}
+    where = tuple(f"line {k}" for k in range(len(values)))
+    kept = frozenset({"torque"} if assumed else ())
+    return Measured("f.csv", at, {"torque": values}, {"torque": np.full(len(values), error)}, where, (), kept)
+
+
+def mean_and_width(measured):
+    """Of one unknown that is the value itself at all settings."""
+    values, errors, _ = measured.flat
+    found = posterior(lambda z: np.repeat(z, len(values), axis=1), values, errors, 1, batch=400, wanted=2000, rounds=12)
+    return found.mean[0], found.widths[0]
+
+
+def of_textbook(mean, error):
+    """Prior N(0, 1), one value with this error."""
+    return mean / (1 + error**2), error / np.sqrt(1 + error**2)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.3])
+def test_an_assumed_error_does_not_average_out_over_points_at_one_setting(scatter):
+    """Forty rows at one setting know their mean no better than one row with that error does, and as
+    they scatter; settings within 5 % are one, as those of stretches of a log."""
+    signs = np.tile([1.0, -1.0], 20)
+    measured = points(10.0 + 0.2 * signs, 0.8 + scatter * signs, 0.2, True)
+    assert measured.settings.tolist() == [0] * 40
+    error = np.hypot(0.2, scatter * np.sqrt(40 / 39) / np.sqrt(40))
+    assert mean_and_width(measured) == pytest.approx(of_textbook(0.8, error), rel=0.05)
+    assert 1.0 <= measured.independent <= 40.0
+    assert (measured.independent == pytest.approx(1.0)) == (scatter == 0.0)
+
+
+def test_a_given_error_averages_out():
+    measured = points([10.0] * 40, [0.8] * 40, 0.2, False)
+    assert mean_and_width(measured) == pytest.approx(of_textbook(0.8, 0.2 / np.sqrt(40)), rel=0.05)
+    assert measured.independent == 40
+
+
+def test_values_at_settings_of_their_own_keep_their_errors():
+    measured = points([8.0, 10.0, 12.0], [0.5, np.nan, 0.7], 0.2, True)
+    assert measured.settings.tolist() == [0, 1, 2]
+    assert measured.flat[1].tolist() == [0.2, 0.2]
+    assert measured.independent == 2

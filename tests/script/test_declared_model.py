@@ -563,8 +563,8 @@ def test_of_numbers_that_are_read_nothing_is_said(duffing, recwarn):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("f = 1.0 if type(x) is float else 2.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the equations"),
-        ("f = 2.0 if hasattr(x, 'graph') else 1.0", r"the slope of v -1.12\d* of numbers, and -2.12\d* in the"),
+        ("f = 1.0 if type(x) is float else 2.0", "type.x.: found `type`, which Python decides by the object"),
+        ("f = 2.0 if hasattr(x, 'graph') else 1.0", "found `hasattr` of what may be a value, which Python decides"),
         (
             "f = nsdrill.friction('b', slip=v, normal=1.0, static=1.0, decay=2.0, smoothing=9.0)",
             "found decay without dynamic, so that nothing falls",

@@ -17,6 +17,7 @@ variance counts twice in the error: once for the well and once for the model.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -43,6 +44,7 @@ AT_THE_END = 0.02  # probability of the prior at each of its ends
 # of the prior, and its outer tail is this short relative to the way from there to the
 # median. That of half a normal distribution is 0.10, of a whole one 1.4.
 OUTERMOST, CUT_OFF = 0.2, 0.2
+ONE_SETTING = 0.05  # of each, within which points share an assumed error, as within a stretch of a log
 SURE = 1e-3  # probability of the misfit below which the model cannot explain the data
 
 
@@ -51,7 +53,9 @@ class Measured:
     """Measurements at ``points``, as arrays [points] by name in SI: ``at`` are the
     values of study keys; ``values`` those of features and severities, NaN where nothing
     was measured, with their standard deviations ``errors``. ``where`` is the origin of
-    each point; ``notes`` name what was left out or assumed."""
+    each point; ``notes`` name what was left out or assumed. The errors of the names in
+    ``assumed`` were not given: they are mostly those of a sensor and of the model, common
+    to all points at one setting, and do not average out over them."""
 
     source: str
     at: dict[str, Array]
@@ -59,6 +63,7 @@ class Measured:
     errors: dict[str, Array]
     where: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    assumed: frozenset[str] = frozenset()
 
     @property
     def points(self) -> int:
@@ -67,11 +72,50 @@ class Measured:
     @property
     def flat(self) -> tuple[Array, Array, Array]:
         """The values that were measured, their errors, and their places among all
-        values, ordered by name, then by point."""
+        values, ordered by name, then by point. Values at one setting with an assumed error
+        have errors with which their mean is as uncertain as one of them, and as they scatter."""
         values = np.concatenate([self.values[name] for name in self.values])
-        errors = np.concatenate([self.errors[name] for name in self.values])
+        errors = np.concatenate([self._counted(name)[0] for name in self.values])
         present = np.flatnonzero(np.isfinite(values))
         return values[present], errors[present], present
+
+    @property
+    def independent(self) -> float:
+        """The number of values, of which those at one setting count together as far as their
+        error is common."""
+        counted = [np.where(np.isfinite(self.values[name]), self._counted(name)[1], 0.0) for name in self.values]
+        return float(np.sum(counted))
+
+    @cached_property
+    def settings(self) -> Array:
+        """The number of the setting of each point: that of the first point whose settings all
+        are within :data:`ONE_SETTING` of its own."""
+        firsts: list[Array] = []
+        found = np.zeros(self.points, dtype=int)
+        columns = np.array([*self.at.values()]).reshape(len(self.at), self.points)
+        for point, here in enumerate(columns.T):
+            same = (k for k, one in enumerate(firsts) if np.all(np.abs(here - one) <= ONE_SETTING * np.abs(one)))
+            if (place := next(same, None)) is None:
+                place = len(firsts)
+                firsts.append(here)
+            found[point] = place
+        return found
+
+    def _counted(self, name: str) -> tuple[Array, Array]:
+        """(errors, counts) of the values of a name. Of n values that scatter by s about their
+        mean at one setting, whose errors a are common, the mean has the variance a^2 + s^2 / n:
+        that of n values with the variance n a^2 + s^2 each."""
+        values, errors = self.values[name], self.errors[name]
+        if name not in self.assumed:
+            return errors, np.ones(self.points)
+        errors, counts = errors.copy(), np.ones(self.points)
+        for place in range(int(self.settings.max(initial=0)) + 1):
+            rows = np.flatnonzero((self.settings == place) & np.isfinite(values))
+            if (n := len(rows)) > 1:
+                scatter = float(np.var(values[rows], ddof=1))
+                errors[rows] = np.sqrt(n * errors[rows] ** 2 + scatter)
+                counts[rows] = (1.0 + (n - 1) * scatter / errors[rows] ** 2) / n
+        return errors, counts
 
 
 @dataclass(frozen=True)

@@ -641,6 +641,19 @@ def shortest_period(study: Study, settings: Mapping[str, Array]) -> float:
         return 0.0
 
 
+def shortest_period_of(study: Study, at: Values, *, sideways: bool) -> float:
+    """The shortest period [s] that is known of the motion of a run ``at`` these numbers: of torsion,
+    and of a revolution where the string moves ``sideways``; 0 where none is known."""
+    try:
+        found = _torsional_periods(study, [at]) if checks_of(study.model) is not None else []
+    except ValueError:  # where nothing is known of steady drilling
+        return 0.0
+    speed = abs(float(getattr(at.point, "rotary_speed", 0.0)))
+    if sideways and speed > 0.0:
+        found = [*found, 2.0 * math.pi / speed]
+    return min(found, default=0.0)
+
+
 def _torsional_periods(study: Study, corners: list[Values]) -> list[float]:
     """The period [s] of the first torsional mode at each of these corners whose string may
     twist; none of a model whose checks know no steady drilling."""

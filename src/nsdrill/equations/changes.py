@@ -74,11 +74,11 @@ def _acting(statements: Iterable[ast.stmt], made: set[str], in_loop: bool) -> It
             yield node.lineno, _source(node), "this statement"
         if isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant):
             called = node.value.func if isinstance(node.value, ast.Call) else None
-            if not (isinstance(called, ast.Attribute) and _root(called) in made):
+            if not (isinstance(called, ast.Attribute) and root(called) in made):
                 yield node.lineno, _source(node), "a call for its effect"
         for inner in (part for child in own for part in ast.walk(child)):
             stores = isinstance(inner, (ast.Attribute, ast.Subscript)) and isinstance(inner.ctx, ast.Store)
-            if stores and _root(inner) not in made:
+            if stores and root(inner) not in made:
                 yield node.lineno, _source(node), "a store to an element or an attribute"
             if isinstance(inner, (ast.Yield, ast.YieldFrom, ast.Await, ast.Lambda)) or _is_late(inner, own):
                 yield node.lineno, _source(node), "this statement"
@@ -101,7 +101,7 @@ def _is_late(node: ast.AST, own: list[ast.AST]) -> bool:
     return not any(node in call.args and isinstance(call.func, ast.Name) and call.func.id in TAKING for call in calls)
 
 
-def _root(node: ast.AST) -> str:
+def root(node: ast.AST) -> str:
     """The name to which an attribute or an element belongs."""
     while isinstance(node, (ast.Attribute, ast.Subscript)):
         node = node.value
@@ -159,6 +159,19 @@ class Changes(ast.NodeTransformer):
         if len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             same = call("equal", node.left, node.comparators[0])
             return same if isinstance(node.ops[0], ast.Eq) else call("not", same)
+        if len(node.ops) == 1 and isinstance(node.ops[0], (ast.Is, ast.IsNot)):
+            sides = [node.left, node.comparators[0]]
+            if not any(isinstance(one, ast.Constant) and one.value is None for one in sides):
+                same = call("is", *sides)
+                return same if isinstance(node.ops[0], ast.Is) else call("not", same)
+        return node
+
+    def visit_Match(self, node: ast.Match) -> ast.AST:
+        """``match`` with True, False or a class, which Python does not ask a value."""
+        asked = [inner for case in node.cases for inner in ast.walk(case.pattern)]
+        self.generic_visit(node)
+        if any(isinstance(one, ast.MatchClass) or _is_truth(one) for one in asked):
+            node.subject = call("matched", node.subject)
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
@@ -229,6 +242,10 @@ class Changes(ast.NodeTransformer):
 
     def _on_options(self, test: ast.expr, does_more: tuple[int, str, str]) -> ast.expr:
         return call("option", test, *(ast.Constant(part) for part in does_more))
+
+
+def _is_truth(pattern: ast.AST) -> bool:
+    return isinstance(pattern, ast.MatchSingleton) and pattern.value is not None
 
 
 def _binding(node: ast.AST) -> tuple[int, str, str] | None:

@@ -30,7 +30,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.graph import TEXT, Graph, Node
 
 SECONDS = 20.0  # the longest string takes a hundredth of one
 PATIENCE = 0.25
@@ -252,6 +252,14 @@ def _hash(node: Node) -> int:
     return object.__hash__(node)
 
 
+def _text(node: Node) -> str:
+    """The text of a node, refused where equations of a script ask for it."""
+    if node.graph.is_open and is_foreign(sys._getframe(1).f_globals.get("__name__")):
+        node.graph.refuse(TEXT)
+    return _plain_text(node)
+
+
+_plain_text = Node.__repr__
 _refusing = False  # values as keys, while equations run: from the first script on
 
 
@@ -285,7 +293,7 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
     watcher.start()
     outer, _reading[thread] = _reading.get(thread), graph
     if _refusing:
-        Node.__hash__ = _hash  # type: ignore[assignment,method-assign]
+        Node.__hash__, Node.__repr__ = _hash, _text  # type: ignore[assignment,method-assign]
     try:
         with output_to(refuse):
             yield
@@ -294,7 +302,7 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
         if outer is not None:
             _reading[thread] = outer
         if not _reading:  # another thread may still read
-            Node.__hash__ = object.__hash__  # type: ignore[assignment,method-assign]
+            Node.__hash__, Node.__repr__ = object.__hash__, _plain_text  # type: ignore[assignment,method-assign]
         ended.set()
         watcher.join()
 
@@ -303,9 +311,13 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
     """The functions of a model that ``function`` refers to, with those they refer to."""
     seen = set() if seen is None else seen
     todo: list[Any] = [*referred(function).values()]
+    held: dict[int, object] = {}  # what contains others, by its identity; it is kept, so that this is its own
     while todo:
         value = todo.pop()
         kind = value if isinstance(value, type) else type(value)
+        if id(value) not in held and (inner_values := _held(value, kind)):
+            held[id(value)] = value
+            todo += inner_values
         if is_foreign(kind.__module__) and kind not in seen:
             seen.add(kind)
             todo += vars(kind).values()  # its methods
@@ -319,23 +331,29 @@ def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable
             yield from sources(value, seen)
 
 
+def _held(value: object, kind: type) -> list[Any]:
+    """What a container holds, or an object of a model: functions among it are called too."""
+    if isinstance(value, Mapping):
+        return [*value.values()]
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [*value]
+    if not isinstance(value, type) and is_foreign(kind.__module__):
+        return [*getattr(value, "__dict__", {}).values()]
+    return []
+
+
 def read_afresh(function: FunctionType, tree: ast.AST) -> tuple[int, str] | None:
     """(line, source) of the first value from outside in the body of a ``function`` with this
     ``tree``: the time of day, a file, the environment, the machine or random numbers; None
     where there is none."""
     body = getattr(tree, "body", [])
     inner = [node for one in (body if isinstance(body, list) else [body]) for node in ast.walk(one)]
-    imported: dict[str, object] = {}
-    for node in inner:
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            imported |= _imported(node)
-    known = {**vars(builtins), **function.__globals__, **referred(function)}
+    known = known_in(function, inner)
     own = {*function.__code__.co_varnames, *function.__code__.co_cellvars}
-    known = {name: value for name, value in known.items() if name not in own} | imported
     of_machine = {name: value for name, value in _imported_above(function).items() if name not in own}
     for node in inner:  # a call before what is called in it; what is not called here may be so under another name
         called = [node.func] if isinstance(node, ast.Call) else []
-        is_afresh = any(_is_afresh(_value_of(one, known)) for one in (*called, node))
+        is_afresh = any(_is_afresh(value_of(one, known)) for one in (*called, node))
         if is_afresh or _is_today(node, known) or _is_of_machine(node, known) or _is_drawn(node, known):
             return getattr(node, "lineno", 0), ast.unparse(node)
         if isinstance(node, ast.Name) and node.id in of_machine:
@@ -386,6 +404,18 @@ def _tells_of_machine(module: ModuleType, name: str) -> bool:
     return is_told and name not in SAME_EVERYWHERE and (not callable(value) or module is sys)
 
 
+def known_in(function: FunctionType, inner: Iterable[ast.AST]) -> dict[str, object]:
+    """What the names in a function stand for that are not its own, with what the nodes
+    ``inner`` of its body import."""
+    known = {**vars(builtins), **function.__globals__, **referred(function)}
+    own = {*function.__code__.co_varnames, *function.__code__.co_cellvars}
+    known = {name: value for name, value in known.items() if name not in own}
+    for node in inner:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            known |= _imported(node)
+    return known
+
+
 def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, object]:
     """What the names of an import in equations stand for, of modules of Python."""
     names = [one.name for one in node.names] if isinstance(node, ast.Import) else [node.module or ""]
@@ -397,18 +427,18 @@ def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, object]:
     return {one.asname or one.name: getattr(module, one.name, None) for one in node.names}
 
 
-def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
+def value_of(node: ast.AST, known: Mapping[str, object]) -> object:
     """What a name, an attribute of a module or a class of Python, or a module that is
     imported by its name stands for; None of another expression."""
     if isinstance(node, ast.Name):
         return known.get(node.id)
     if isinstance(node, ast.Attribute):
-        of = _value_of(node.value, known)
+        of = value_of(node.value, known)
         return getattr(of, node.attr, None) if isinstance(of, (ModuleType, type)) else None
     if isinstance(attribute := _as_attribute(node, known), ast.Attribute):
-        return _value_of(attribute, known)
+        return value_of(attribute, known)
     if isinstance(node, ast.Call) and node.args and isinstance(last := node.args[-1], ast.Constant):
-        called, name = _value_of(node.func, known), str(last.value)
+        called, name = value_of(node.func, known), str(last.value)
         if called in (__import__, importlib.import_module) and name in sys.stdlib_module_names:
             return importlib.import_module(name)
     return None
@@ -416,7 +446,7 @@ def _value_of(node: ast.AST, known: Mapping[str, object]) -> object:
 
 def _as_attribute(node: ast.AST, known: Mapping[str, object]) -> ast.AST:
     """A call of ``getattr`` with the name of an attribute as that attribute; another node as it is."""
-    if not isinstance(node, ast.Call) or len(node.args) != 2 or _value_of(node.func, known) is not getattr:
+    if not isinstance(node, ast.Call) or len(node.args) != 2 or value_of(node.func, known) is not getattr:
         return node
     of, name = node.args
     return ast.Attribute(of, str(name.value)) if isinstance(name, ast.Constant) else node
@@ -441,7 +471,7 @@ def _is_of_machine(node: ast.AST, known: Mapping[str, object]) -> bool:
     if isinstance(node, ast.Name):
         return node.id in OF_PLACE and node.id in known
     node = _as_attribute(node, known)
-    if not isinstance(node, ast.Attribute) or not isinstance(of := _value_of(node.value, known), ModuleType):
+    if not isinstance(node, ast.Attribute) or not isinstance(of := value_of(node.value, known), ModuleType):
         return False
     return node.attr in OF_PLACE or _tells_of_machine(of, node.attr)
 
@@ -452,7 +482,7 @@ def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:
         return False
     if isinstance(node.func, ast.Attribute) and node.func.attr in DRAWS:
         return _is_of_scipy(node.func, known)
-    value = _value_of(node.func, known)
+    value = value_of(node.func, known)
     if value is None or not str(getattr(value, "__module__", "")).startswith("scipy."):
         return False
     if getattr(value, "__name__", "") in DRAWS:
@@ -479,12 +509,12 @@ def _kind_of(node: ast.AST, known: Mapping[str, object]) -> type | ModuleType | 
     """The class of what an expression gives: of a name, of an attribute of an object that is known,
     of a call of a class; a module or a class as it is; None where it is not known."""
     if isinstance(node, ast.Call):
-        called = _value_of(node.func, known)
+        called = value_of(node.func, known)
         if isinstance(called, type):
             return called
         # a distribution of SciPy gives one of numbers
         return type(called) if called is not None and type(called).__module__.startswith("scipy.") else None
-    value = _value_of(node, known)
+    value = value_of(node, known)
     if value is None and isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
         value = inspect.getattr_static(known.get(node.value.id), node.attr, None)
     if value is None:
@@ -494,6 +524,6 @@ def _kind_of(node: ast.AST, known: Mapping[str, object]) -> type | ModuleType | 
 
 def _is_today(node: ast.AST, known: Mapping[str, object]) -> bool:
     """Whether this asks numpy for the day or the time."""
-    if not isinstance(node, ast.Call) or _value_of(node.func, known) is not np.datetime64:
+    if not isinstance(node, ast.Call) or value_of(node.func, known) is not np.datetime64:
         return False
     return any(isinstance(one, ast.Constant) and one.value in ("now", "today") for one in node.args)

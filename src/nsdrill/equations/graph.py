@@ -166,10 +166,7 @@ class Node:
 
     def __str__(self) -> str:
         if self.graph.is_open:
-            self.graph.refuse(
-                "found a value where a text is wanted, and it has no number while equations are read; allowed: nothing "
-                "that is printed or formatted. A trace has what the equations give a name to"
-            )
+            self.graph.refuse(TEXT)
         return repr(self)
 
     def __format__(self, form: str) -> str:
@@ -192,6 +189,10 @@ class Node:
         return self.is_number(0.0)
 
 
+TEXT = (
+    "found a value where a text is wanted, and it has no number while equations are read; allowed: nothing that is "
+    "printed or formatted. A trace has what the equations give a name to"
+)
 _JUMPING = "nothing, as it jumps between steps: sines and cosines take angles of many turns"
 
 

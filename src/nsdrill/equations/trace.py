@@ -30,6 +30,7 @@ from numbers import Real
 from pathlib import Path
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, NoReturn, Protocol, TypeAlias, cast
+from weakref import WeakSet
 
 from nsdrill.cache import load, save
 from nsdrill.compiler.functions import route
@@ -50,6 +51,7 @@ from nsdrill.equations.effects import (
 )
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
 from nsdrill.equations.library import FUNCTIONS, OF_NUMPY
+from nsdrill.equations.unseen import IDENTITY, MATCHED, told, unseen
 from nsdrill.errors import InputError
 
 KINDS = {"s": "states", "p": "lane parameters"}
@@ -177,6 +179,8 @@ def evaluated(graph: Graph, function: Function, *given: Any, **numbers: Any) -> 
         graph.is_open = True
         with watched(graph, function.__name__):
             found = prepared(function)(*given, **numbers)
+        if is_foreign(function.__module__):
+            check_questions(function)
         if kept is not None and (name := kept.changed()) is not None:
             graph.refuse(
                 f"found a change of `{name}`, which is there before and after a call; allowed: values that are "
@@ -231,6 +235,20 @@ def check_text(function: Function) -> None:
         if (read := read_afresh(each, tree)) is not None:
             words = READ_ANEW.format(FROM_OUTSIDE)
             raise LanguageError(_told(each.__code__.co_filename, read[0], each.__name__, read[1], words))
+
+
+@lru_cache(maxsize=256)
+def check_questions(function: Function) -> None:
+    """LanguageError where equations that have been run, or a function of the model that they
+    call, ask of a value what it cannot answer."""
+    assert isinstance(function, FunctionType)
+    for each in (function, *sources(function)):
+        try:
+            tree = definition(each)
+        except LanguageError:
+            continue  # without a text, or as check_text has refused it
+        if (asked := unseen(each, tree, is_changed=each in _run_changed)) is not None:
+            raise LanguageError(_told(each.__code__.co_filename, asked[0], each.__name__, *asked[1:]))
 
 
 def _is_raised_by_equations(error: KeyboardInterrupt) -> bool:
@@ -324,6 +342,9 @@ def _placed(error: BaseException, function: Function) -> str:
     return _told(last.filename, line, last.name, source, text)
 
 
+_run_changed: WeakSet[Function] = WeakSet()  # the functions that have run as their changed trees
+
+
 class Part:
     def __init__(self, function: Function) -> None:
         self.py_func = function  # what identifies it
@@ -344,6 +365,7 @@ def prepared(function: Function) -> Function:
 
 
 def _prepared(function: Function, remember: bool) -> Function:
+    _run_changed.add(function)
     code = _compiled(function, remember)
     space = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
     made = FunctionType(code, space, function.__name__, function.__defaults__)
@@ -519,6 +541,20 @@ def _equal(a: Any, b: Any) -> Any:
     return a == b
 
 
+def _is(a: Any, b: Any) -> bool:
+    for one in (a, b):
+        if isinstance(one, Node):
+            one.graph.refuse(told(IDENTITY))
+    return a is b
+
+
+def _matched(subject: Any) -> Any:
+    for one in subject if isinstance(subject, (tuple, list)) else (subject,):
+        if isinstance(one, Node):
+            one.graph.refuse(told(MATCHED))
+    return subject
+
+
 def _extreme(op: str, plain: Callable[..., Any]) -> Callable[..., Any]:
     def extreme(*given: Any, **named: Any) -> Any:
         values = tuple(given[0]) if len(given) == 1 and not named else given
@@ -534,7 +570,8 @@ _WORDS: dict[str, Any] = {
     f"{WORD}{name}": word
     for name, word in {
         "select": _select, "branch": _branch, "option": _option, "remember": _remember, "named": _named, "and": _and,
-        "or": _or, "not": _not, "equal": _equal, "max": _extreme("max", max), "min": _extreme("min", min),
+        "or": _or, "not": _not, "equal": _equal, "is": _is, "matched": _matched,
+        "max": _extreme("max", max), "min": _extreme("min", min),
         "locals": locals,
     }.items()
 }  # fmt: skip

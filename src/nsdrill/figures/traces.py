@@ -6,9 +6,11 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from math import pi
+from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.coarse import COARSE, coarse_samples, interval_of
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
 from nsdrill.figures.look import look
@@ -125,8 +127,19 @@ def title_of(trace: Trace, units: str, width: int = 100) -> str:
     """The title of the study and the operating point."""
     procedure = str(trace.attrs.get("procedure") or "")
     words = "" if procedure == "same" else carried(procedure, trace.attrs)
-    parts = filter(None, (operating_point_text(trace, units), words))
+    coarse = f"{COARSE}, one every {interval_of(trace.time):.3g} s" if is_coarse(trace) else ""
+    parts = filter(None, (operating_point_text(trace, units), words, coarse))
     return heading(trace.attrs, ", ".join(parts), width=width)
+
+
+def is_coarse(trace: Trace) -> bool:
+    """Whether there are too few samples for lines between them to be the motion."""
+    return bool(coarse_samples(trace.attrs, trace.time))
+
+
+def sample_marks(trace: Trace) -> dict[str, Any]:
+    """How samples are marked, where lines between them are not the motion."""
+    return {"marker": ".", "markersize": 3} if is_coarse(trace) else {}
 
 
 def is_chosen() -> bool:

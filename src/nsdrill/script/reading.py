@@ -29,6 +29,7 @@ from nsdrill.script.signature import Signature, signature_of
 Equations = Callable[..., dict[str, Node]]
 
 SAME = 1e-3  # of a slope: far above rounding, also of what cancels
+AWAY_FROM_START = (0.0123, 0.123, 0.123, 1.23, 1.23, 1.23, 1.23, 12.3, 12.3, 12.3, 12.3, 123.0, 123.0, 123.0, 123.0)
 
 
 def equations_of(read: Signature, forcing: Forcing | None, wanted: tuple[str, ...]) -> Equations:
@@ -277,9 +278,18 @@ def read(function: object, measures: Sequence[Measured] = ()) -> Reading:
 
 def _check_called(made: Reading) -> None:
     """InputError where the function gives other slopes of numbers than the graph that was read
-    of it, as one that asks what its arguments are does."""
+    of it, as one that asks what its arguments are does: near the start, and away from it, where
+    other sides of its conditions hold."""
+    for k, away in enumerate(AWAY_FROM_START):
+        signs = [away if (k >> place) % 2 == 0 else -away for place in range(len(made.signature.start))]
+        values = made.signature.start.items()
+        _check_called_at(
+            made, {name: 1.1 * float(value) + sign for (name, value), sign in zip(values, signs, strict=True)}
+        )
+
+
+def _check_called_at(made: Reading, states: Mapping[str, float]) -> None:
     read = made.signature
-    states = {name: 1.1 * float(value) + 0.0123 for name, value in read.start.items()}
     numbers = {name: float(value) for name, value in read.parameters.items()}
     try:
         with np.errstate(all="ignore"):
@@ -294,7 +304,7 @@ def _check_called(made: Reading) -> None:
             read.refuse(
                 f"the slope of {name} {one:.6g} of numbers, and {other:.6g} in the equations that are read of it, at "
                 f"{', '.join(f'{state} = {at:.4g}' for state, at in states.items())}",
-                "what does the same with any value, without type(x), hasattr and the like",
+                "what does the same with any value",
             )
 
 

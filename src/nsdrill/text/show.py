@@ -411,11 +411,14 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
     steps = f"{count(s['steps'], 'step')}; " if "steps" in s else ""
-    yield (
-        f"  samples        {s['samples']} over {s['duration']:g} s; {steps}ended {in_words(str(s.get('status', '')))}"
-    )
+    ended = in_words(str(s.get("status", "")))
+    of = f" of {s['simulated']:g} s" if s["simulated"] - s["duration"] > 1e-9 * s["simulated"] else ""
+    yield (f"  samples        {s['samples']} over {s['duration']:g} s{of}; {steps}ended {ended}")
+    if s["coarse"]:
+        yield printable(f"\n{s['coarse']}.")
     if s["ranges"]:
-        yield "\nLeast and greatest:"
+        every = f", one every {s['interval']:.4g} s" if s["interval"] else ""
+        yield f"\nLeast and greatest of {count(s['samples'], 'sample')}{every}:"
         yield from _range_lines(s["ranges"], units)
 
 

@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill.analysis.chains import chain_of
+from nsdrill.analysis.coarse import coarse_samples, interval_of, simulated
 from nsdrill.analysis.counts import STARTS, after_failure, beyond, known, of_scripts, turned_back, unknown_exponents
 from nsdrill.analysis.doubts import doubts_in
 from nsdrill.analysis.grades import unsettled_in
@@ -425,6 +426,9 @@ def _summarize_trace(trace: Trace) -> Answer:
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
+        "interval": interval_of(trace.time),
+        "simulated": simulated(trace.attrs),
+        "coarse": coarse_samples(trace.attrs, trace.time),
         "ranges": {
             name: {
                 "min": float(np.nanmin(values)),

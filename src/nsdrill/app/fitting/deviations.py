@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nsdrill.analysis.fitting import ONE_SETTING, Measured
 from nsdrill.app.fitting.names import Names
 from nsdrill.app.fitting.tables import number as cell_number
 from nsdrill.data import Array
-from nsdrill.errors import InputError, option
+from nsdrill.errors import InputError, count, option
 from nsdrill.ranges import bound_text
 from nsdrill.units import JOINED, QuantityError, to_si
 
@@ -51,6 +52,20 @@ def words_of_assumed(names: Sequence[str]) -> str:
         f"greatest of its signal (of a fraction, of 1), of extremes {100 * OF_RANGE:g} % of the range of their signal "
         f"at that point, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
     )
+
+
+def words_of_repeated(measured: Measured) -> list[str]:
+    """Of points that share settings how many settings they are, and what of their errors."""
+    settings = int(measured.settings.max(initial=0)) + 1
+    if settings == measured.points:
+        return []
+    said = f"{measured.points} operating points are {count(settings, 'setting')}, equal within {100 * ONE_SETTING:g} %"
+    if not measured.assumed:
+        return [said]
+    return [
+        f"{said}: the error assumed is common to the points at one setting, and does not average out over them; one "
+        f"that does is given by {option('errors')} or a column NAME_error"
+    ]
 
 
 def _extremes_beside(name: str) -> tuple[str, ...]:

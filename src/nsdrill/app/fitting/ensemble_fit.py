@@ -380,13 +380,14 @@ def _fit_summary(
         for j in range(i)
         if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
     ]
-    freedom = max(len(fitted.spread) - len(keys), 1)
+    freedom = max(measured.independent - len(keys), 1)
     chance = float(chi2.sf(fitted.misfit, freedom))
     return {
         "kind": "fit",
         "title": study.title,
         "data": measured.source,
         "points": measured.points,
+        "settings": int(measured.settings.max(initial=0)) + 1,
         "values": len(fitted.spread),
         "notes": list(measured.notes),
         "features": [_feature_summary(name, measured, predicted[name], fitted) for name in measured.values],
@@ -399,7 +400,7 @@ def _fit_summary(
         "rounds": fitted.rounds,
         "effective": fitted.size,
         "beta": fitted.beta,
-        "misfit": fitted.misfit / len(fitted.spread),
+        "misfit": fitted.misfit / measured.independent,
         "chance": chance,
         "explained": chance >= SURE,
     }

@@ -21,7 +21,7 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.app.check import shortest_period
-from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed
+from nsdrill.app.fitting.deviations import assumed_errors, given_errors, words_of_assumed, words_of_repeated
 from nsdrill.app.fitting.headings import Column, Columns, Heads, unit_words
 from nsdrill.app.fitting.logged import of_stretches
 from nsdrill.app.fitting.names import CHANGE, ERROR, MEAN, Names
@@ -607,11 +607,11 @@ class _Reader:
         if lacking := [name for name in operation.names() if name not in settings]:
             texts = (f"{name} {axes[name].text(getattr(operation, name))}" for name in lacking)
             self.notes.append(f"not measured, and so as in the study: {', '.join(texts)}")
-        found = Measured(self.path, settings, values, errors, tuple(where))
+        found = Measured(self.path, settings, values, errors, tuple(where), tuple(self.notes), frozenset(assumed))
         speed = settings.get("rotary_speed")
         if speed is None and (own := getattr(operation, "rotary_speed", None)) is not None:
             speed = np.full(found.points, float(own))
-        return replace(found, notes=(*self.notes, *contradictions(speed, found)))
+        return replace(found, notes=(*found.notes, *contradictions(speed, found), *words_of_repeated(found)))
 
 
 def outliers(values: Array) -> Array:

@@ -10,12 +10,23 @@ from operator import attrgetter
 
 import numpy as np
 
+from nsdrill.analysis.coarse import coarse_samples
 from nsdrill.analysis.counts import after_failure, driving_in_trace, driving_words
-from nsdrill.app.check import of_scales, without_control
+from nsdrill.app.check import of_scales, shortest_period_of, without_control
 from nsdrill.app.conversion import refuse_lacking
 from nsdrill.app.experiment import Experiment, has_other_code, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.simulating.integration import points_of, run_at, run_schedule, schedule_of, select_states
-from nsdrill.data import IN_MEMORY, NOT_CARRIED_RUN, Array, Attributes, Results, Trace, edited_together, json_text
+from nsdrill.data import (
+    IN_MEMORY,
+    NOT_CARRIED_RUN,
+    SHORTEST_PERIOD,
+    Array,
+    Attributes,
+    Results,
+    Trace,
+    edited_together,
+    json_text,
+)
 from nsdrill.errors import InputError, Refusal, RunWarning, option, printable, warn
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.choices import word_in, word_or_number, words_of
@@ -23,7 +34,7 @@ from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.operation import Operation, Schedule, Values
 from nsdrill.models.parts import chosen_at, values_at
-from nsdrill.models.registry import BY_NAME, model_named
+from nsdrill.models.registry import BY_NAME, drawn_in, model_named
 from nsdrill.models.variant import variant_at
 from nsdrill.records import dataclass
 from nsdrill.store import read_point, read_results
@@ -472,6 +483,11 @@ def _trace(
         "final_state": run.final,
         **extra,
     }
+    sideways = np.ptp(run.variables.get(drawn_in(attrs).radius, np.zeros(1))) > 0.0
+    if period := shortest_period_of(study, points_of(study, start), sideways=bool(sideways)):
+        attrs[SHORTEST_PERIOD] = period
+    if told := coarse_samples(attrs, run.time):
+        warn(f"{told}.", RunWarning)
     if driven := driving_in_trace(attrs, run.variables):
         warn(f"FRICTION DRIVES: {driving_words(driven)}.", RunWarning)
     remedy = advice(method, study.model, _knots(study, schedule)) if run.status == STEP_LIMIT else ""

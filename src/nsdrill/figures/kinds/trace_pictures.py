@@ -60,6 +60,7 @@ from nsdrill.figures.traces import (
     is_chosen,
     moving_values,
     planes_of,
+    sample_marks,
     setpoint,
     shown_part,
     title_of,
@@ -137,7 +138,14 @@ class Histories:
             _draw_band(axes, trace.time / time.scale, values, self._bins, name)
         else:
             kept_time, kept_values = envelope(trace.time, values, BINS)
-            axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
+            axes.plot(
+                kept_time / time.scale,
+                kept_values,
+                color=BLUE,
+                linewidth=0.5,
+                gid=f"history:{name}",
+                **sample_marks(trace),
+            )
         lay_up(axes, name, shown.in_lines(int(LETTERS * self._of_one)))
         axes.margins(x=0)
         if (after_start := self._after_start(name)) is not None:
@@ -264,11 +272,12 @@ def planes(trace: Trace, units: str, ticks: int = PLANE_TICKS) -> dict[str, Pain
     ``ticks`` at most, by the names of their panels."""
     part, part_text = shown_part(trace)
     rasterised, gap = len(trace.time[part]) > MANY_MARKERS, trace.attrs.get("gap")
+    marks = sample_marks(trace)
 
     def paint(across: str, up: str, axes: Axes) -> None:
         x, y = quantity(across, units), quantity(up, units)
         path = trace[across][part] / x.scale, trace[up][part] / y.scale
-        axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}")
+        axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}", **marks)
         axes.set_xlabel(x.label)
         lay_up(axes, up, y.label)
         if part_text:
@@ -315,6 +324,9 @@ def draw_orbit(trace: Trace, units: str, axes: Axes) -> None:
     x, y, on_wall = x / across.scale, y / up.scale, force > 0
     rasterised = len(x) > MANY_MARKERS
     axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
+    if marks := sample_marks(trace):
+        samples = trace["x"][part] / across.scale, trace["y"][part] / up.scale
+        axes.plot(*samples, color=BLUE, linestyle="none", gid="orbit:samples", **marks)
     if on_wall.any():
         path = np.where(on_wall, (x, y), np.nan)
         axes.plot(*path, rasterized=rasterised, **ON_WALL)
