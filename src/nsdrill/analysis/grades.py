@@ -6,12 +6,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 
 from nsdrill.analysis.counts import after_failure, carried_axis, known
-from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed
+from nsdrill.analysis.histories import Grade, Label, Ways, carried, excursion, is_allowed
 from nsdrill.analysis.planes import along_axis, axes_of
 from nsdrill.analysis.safety import DECIDING, known_runs, run_safety
 from nsdrill.analysis.sticking import Sticking, sticking
@@ -95,6 +95,12 @@ def _grades_at(results: Results, severity: int | None) -> Array:
     about = (found.lasts, found.open, found.met, found.unstable, found.tried, found.may, found.between, found.perhaps)
     lasts, is_open, stuck, unstable, tried, may, between, perhaps = (np.moveaxis(part, along, 0) for part in about)
     ways = Ways(up, down, same, met, lasts, is_open, stuck, unstable, tried, may, between, perhaps)
+    if severity is not None and up is not None and down is not None:
+        any_up, any_down = (
+            carried(np.moveaxis(labels_of(results)[results.procedures.index(way)], along, 0)[::step])[::step]
+            for way, step in (("up", 1), ("down", -1))
+        )
+        ways = replace(ways, allowed=excursion(any_up, any_down))
     return np.moveaxis(ways.grades(), 0, along)
 
 

@@ -119,6 +119,7 @@ class Ways:
     may: Array | bool = False
     between: Array | bool = False
     perhaps: Array | bool = False
+    allowed: Array | bool = False
 
     def grades(self) -> Array:
         """The :class:`Grade` of every point."""
@@ -136,7 +137,7 @@ class Ways:
             Grade.FROM_BELOW,
         )
         if down is not None:
-            after, may = excursion(up, down), excursion(up, down, (Label.UNKNOWN,))
+            after, may = excursion(up, down) | self.allowed, excursion(up, down, (Label.UNKNOWN,))
             ends_well = (down == Label.CLEAR) & self.met & (after | self.tried)
             vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
             grades = np.select(

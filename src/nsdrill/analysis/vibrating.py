@@ -12,8 +12,8 @@ from nsdrill.records import dataclass
 
 @dataclass(frozen=True)
 class OnWay:
-    """What the runs of one ``way`` do at a setting: the ``responses`` of any of them, the greatest ``severity`` of
-    these, and that so many ``runs`` ``of`` all have some."""
+    """What the runs of one ``way`` do at a setting: the ``responses`` of any of them, the greatest known ``severity``
+    of these, and that so many ``runs`` ``of`` all have some."""
 
     way: str
     responses: tuple[str, ...]
@@ -54,7 +54,7 @@ def vibration_at(maps: Graded, cell: Cell) -> Vibration | None:
     levels = {
         name: np.array([planes(part[None])[cell] for part in np.asarray(results[one.severity.name]).astype(int)])
         for name, one in responses.items()
-        if one.severity is not None
+        if one.severity is not None and one.severity.name in results.variables
     }
     found = []
     for at in sorted(range(len(bits)), key=lambda one: results.procedures[one] != maps.way_in):

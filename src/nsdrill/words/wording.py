@@ -1174,7 +1174,7 @@ class Words:
         lowering: trials draw it in, and two numbers for one order contradict each other. Empty where it is not."""
         found = self.advice.recover
         one = self.advice.stay_within.get(found.axis) if found is not None else None
-        if found is None or found.bound is None or one is None or one.below is None or found.at is None:
+        if found is None or found.bound is None or found.at is None or one is None or not one.below.by_trial:
             return ()
         bound, border = found.bound.value, one.below.value
         if bound is None or border is None or bound >= border or found.at < one.low:
