@@ -464,7 +464,7 @@ class Drilling:
             "stick_slip_peak": DerivedQuantity(peak, "rad/s", "greatest bit speed in stick-slip, an estimate"),
             "stick_slip_stuck": DerivedQuantity(stuck, "1", "part of the time with the bit stuck, an estimate"),
             "free_period": DerivedQuantity(
-                self.period, "s", "period of free torsional motion: that of stick-slip is longer"
+                self.period, "s", "period of free torsion, top held: stick-slip takes longer unless the drive is soft"
             ),
         }
 

@@ -331,7 +331,7 @@ class Words:
             found = self.advice.recover
             after = "after vibration"
             if found is not None and found.outcome == Recovery.NOT_MET:
-                after = "(no vibration was met)"
+                after = "(no vibration was met above)"
             if not self.moved or (found is not None and found.outcome == Recovery.LEFT_OUT):
                 after = "(what was met above is not in this part)"
             return f"Run at {self.setting()}: {self.free} at {self.within()}, {self.how} or {back} {after}."
