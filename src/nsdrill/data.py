@@ -291,6 +291,13 @@ def leaves_out_drag(attrs: Attributes) -> bool:
     return bool(inclination) and not rubs_along(attrs)
 
 
+def rubs_at_collar(attrs: Attributes) -> bool:
+    """Whether of the string in a file with the root attributes ``attrs`` the collar and its stabilisers alone rub
+    along the hole."""
+    well = resolved_study(attrs).get("well")
+    return isinstance(well, dict) and bool(well.get("axial_friction")) and not rubs_along(attrs)
+
+
 def drive_kind(attrs: Attributes) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as in the study;
     for a sweep over kinds "ideal", the kind of most studies."""

@@ -62,6 +62,7 @@ from nsdrill.data import (
     leaves_out_drag,
     overrides,
     resolved_study,
+    rubs_at_collar,
 )
 from nsdrill.errors import option
 from nsdrill.models.choices import in_words, words_along
@@ -161,6 +162,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
         "drag_left_out": model_in(results.attrs).drills and leaves_out_drag(results.attrs),
+        "rubs_at_collar": rubs_at_collar(results.attrs),
         "gaps": [data_of_jump(one) for one in gaps_of(results)],
         "lasting_motions": lasting,
         "driven_by_mud": _driven_by_mud(results),

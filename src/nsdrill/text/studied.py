@@ -58,7 +58,9 @@ def _values(attrs: Attributes, study: Resolved, units: str) -> Iterator[tuple[st
             continue
         if isinstance(value, str):
             yield shown.name, f"{shown.words} {value.replace('_', ' ')}"
-        elif isinstance(value, int | float) and not isinstance(value, bool):
+        elif isinstance(value, bool):
+            yield shown.name, f"{shown.words} {'on' if value else 'off'}"
+        elif isinstance(value, int | float):
             yield shown.name, f"{shown.words} {shown.text(value, units, DIGITS)}"
 
 
