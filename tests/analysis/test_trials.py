@@ -879,11 +879,11 @@ def test_a_few_free_ways_among_many_are_no_way_in():
     assert confirmed(POINT, Trials((*ways("www", "ww.."), *all_free))).kind == Kind.FROM_BELOW
 
 
-def test_over_lobes_no_way_in_is_promised_without_trials():
+def test_where_runs_bounced_no_way_in_is_promised_without_trials():
     """The map bounced elsewhere, and set the weight at its first speed: at lower ones nothing was run."""
     for first, text in ((First.WEIGHT, "Way in: set 22.5 klbf at 40 rpm, then"), (First.SPEED, "Way in: off bottom ")):
         shaken = replace(POINT, way_in=WayIn(first, begins=40 * RPM, is_shaken=True))
-        doubt = "not promised without trials, as over lobes bit-bounce may begin when the weight is set"
+        doubt = "not promised without trials, as bit-bounce, which runs met, may begin when the weight is set"
         words, order = (kind(shaken, ("rotary_speed", "wob"), "field", ("up", "down")) for kind in (Words, Orders))
         line = next(one for one in words.lines() if one.startswith("Way in"))
         assert line.startswith(text)

@@ -11,7 +11,7 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import HELD, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import DAMPING, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
+from nsdrill.data import DAMPING, DAMPING_RATIOS, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
@@ -577,3 +577,46 @@ def test_the_page_of_a_severity_is_not_green_and_says_that_vibration_is_allowed(
         assert "allowed, not ordered [rpm]" in said
         assert "it bounces in every run, strong at most" in said
         assert not re.search(r"\bfree\b|\bsteady\b|never exceed|come in again|Drill at ", said)
+
+
+SECTIONS = """
+drillstring:
+  sections:
+    - {outer_diameter: 5.5 in, inner_diameter: 4.778 in}
+    - {length: 840 ft, outer_diameter: 5.5 in, inner_diameter: 3.25 in}
+    - {length: 360 ft, outer_diameter: 8 in, inner_diameter: 2.8125 in}
+  collar: {span: 60 ft}
+  torsional_damping: 30 N*m*s/rad
+mud: {density: 10.4 ppg}
+well: {diameter: 12.25 in, inclination: 30 deg, axial_friction: true}
+operation: {depth: 9200 ft}
+"""
+
+
+def test_the_head_names_the_string_and_the_mud():
+    """A sheet that is signed left them out as other numbers. The weights are those of API RP 7G, plain end."""
+    said = words(made(WALL, up=FREE, down=ROLLS), SECTIONS)
+    pipe, heavy, collars = "pipe 5.5 by 4.778 in (19.8 lb/ft)", "840 ft of 5.5 by 3.25 in (52.6 lb/ft)", "360 ft of 8 by"
+    assert f"string: {pipe}, {heavy}, {collars} 2.812 in (150 lb/ft)" in said
+    assert "mud density 10.4 ppg" in said
+    lumped = words(made(WALL, up=FREE, down=ROLLS), "drillstring: {collar: {length: 600 ft}, pipe: {weight: 18 lb/ft}}")
+    assert "(18 lb/ft), 600 ft of collars " in lumped
+
+
+def test_an_option_that_was_changed_is_named_in_the_head_and_what_it_leaves_out_below():
+    """The friction along the hole that the collar has stood beside NO DRAG ALONG THE HOLE, and not in the head."""
+    results = made(WALL, up=FREE, down=ROLLS)
+    given = json_text(["well.axial_friction=true", "drillstring.sections=[]", "drillstring.nowhere=3"])
+    said = words(replace(results, attrs={**results.attrs, OVERRIDES: given}), SECTIONS)
+    assert "well axial friction on (changed for this run)" in said
+    assert "(150 lb/ft) (changed for this run)" in said
+    assert "drillstring nowhere 3 (changed for this run)" in said
+    assert "NO DRAG ALONG THE HOLE" not in said
+    assert "NO DRAG OF THE STRING ABOVE THE COLLAR is in the model" in said
+    assert "where less comes than is slacked off" in said
+
+
+def test_the_damping_of_torsion_has_its_ratio_beside_it():
+    one = made(WALL, up=FREE, down=ROLLS)
+    said = words(replace(one, attrs={**one.attrs, DAMPING_RATIOS: json_text([0.031, 0.039])}), SECTIONS)
+    assert "torsional damping 22.13 ft-lbf s/rad (ratio 0.031 to 0.039);" in said

@@ -41,6 +41,7 @@ from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, ju
 from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
     DAMPING,
+    DAMPING_RATIOS,
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
@@ -175,6 +176,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         UNUSUAL_NUMBERS: str(results.attrs.get(UNUSUAL_NUMBERS, "")),
         PULSES: str(results.attrs.get(PULSES, "")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
+        DAMPING_RATIOS: json.loads(results.attrs.get(DAMPING_RATIOS, "[]")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),

@@ -13,6 +13,7 @@ from nsdrill.analysis.graded import SLACK
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_lasts
 from nsdrill.app.check import (
     ShortObservation,
+    dampings_of_torsion,
     few_states,
     lasting_motions,
     left_out,
@@ -29,6 +30,7 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.app.usual import far_from_usual
 from nsdrill.data import (
     DAMPING,
+    DAMPING_RATIOS,
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
@@ -65,6 +67,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
+    ratios: list[float] = []
     of_string: list[dict[str, float]] = []
     wall: Answer | None = None
     beyond: Answer = {}
@@ -85,6 +88,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
+            ratios = damping_ratios(part)
             of_string = string_by_depth(part)
             lumped = lumped_string(part)
             wall = wall_off_bottom(part)
@@ -100,6 +104,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNUSUAL_NUMBERS: unusual,
         LEFT_OUT: json_text(beyond),
         DAMPING: json_text(damping),
+        DAMPING_RATIOS: json_text(ratios),
         STRING_BY_DEPTH: json_text(of_string),
         LUMPED_STRING: json_text(lumped),
         WALL_OFF_BOTTOM: json_text(wall),
@@ -111,6 +116,12 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         FEW: json_text(few),
     }
     return found, driven
+
+
+def damping_ratios(study: Study) -> list[float]:
+    """The least and the greatest damping ratio of torsion of a ``study``; none where it has none, or many."""
+    found = [one.ratio for one in dampings_of_torsion(study)]
+    return [min(found), max(found)] if found else []
 
 
 def _where_drilled(study: Study, results: Results) -> Study:
