@@ -707,7 +707,7 @@ def test_what_helps_is_judged_by_trials_of_it():
     of_bit = Trials(changes=(as_it_is, other, bad))
     assert of_bit.best == other
     told = trial_words.best_words(of_bit, "rotary_speed", FIELD)
-    assert told == "a bit without lobes, with the friction of the study, would free 90 to 160 rpm"
+    assert told == "a bit without lobes would free 90 to 160 rpm", "its words have the friction with which it was run"
     more = trial_words.best_trials(of_bit, "rotary_speed", FIELD)
     assert more.endswith("were free. Another bit may have another friction: run the study with that.")
     assert Trials(changes=(as_it_is, replace(span, trials=ways("www", "wwww")))).best is None
@@ -1024,6 +1024,31 @@ def test_a_trial_that_passes_the_wall_slowly_does_not_take_the_margin_of_the_rat
     assert below.way_in.rate < 1.0 * RPM
     slow = confirmed(replace(POINT, way_in=replace(way, rate=99 * RPM)), Trials(ways("www", "....")))
     assert slow.way_in.rate < 1.0 * RPM
+
+
+def test_a_change_says_on_which_damping_it_rests_and_what_the_least_that_is_usual_leaves():
+    """12 1/4 in, 30 degrees: 97 to 190 rpm with a ratio of 0.039, and 154 to 190 rpm with 0.02, as strings have."""
+    ends, weights = (97 * RPM, 190 * RPM), (13 * KLBF, 17 * KLBF)
+    how = {"weights": weights, "speed": 170 * RPM, "trials": ways("...", "...."), "ratio": 0.039, "wob": 15 * KLBF}
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), room=5.0, widest=ends, **how)
+    less = replace(span, widest=(154 * RPM, 190 * RPM), room=1.5)
+    as_it_is = Change("none", "", "", "as it is", room=0.0)
+
+    def told(low: Change | None, brief: bool = False) -> str:
+        found = Trials(changes=(as_it_is, replace(span, low=low)), wob=15 * KLBF)
+        return trial_words.best_words(found, "rotary_speed", FIELD, brief=brief)
+
+    assert told(less).endswith("13 to 17 klbf (damping ratio 0.039; with 0.02 154 to 190 rpm)")
+    assert told(replace(less, weights=(15 * KLBF, 17 * KLBF))).endswith("with 0.02 154 to 190 rpm at 15 to 17 klbf)")
+    assert told(less, brief=True) == "stabilisers 30 ft apart would free 154 to 190 rpm at 13 to 17 klbf"
+    assert told(span).endswith("(damping ratio 0.039, the same with 0.02)")
+    nothing = replace(less, room=0.0)
+    assert "may free 97 to 190 rpm at 13 to 17 klbf (damping ratio 0.039; nothing with 0.02) (poor: " in told(nothing)
+    assert replace(span, low=nothing).robust == Robust.POOR
+    assert told(None).endswith("(damping ratio 0.039)")
+    data = data_of(confirmed(POINT, Trials(changes=(replace(span, low=less),))), "rotary_speed")["changes"][0]
+    assert data["damping_ratio"] == 0.039
+    assert data["with_low_damping"]["rotary_speed"]["from"] == pytest.approx(154 * RPM)
 
 
 @pytest.mark.parametrize("below", [(), ((50 * RPM, 60 * RPM),)])

@@ -596,8 +596,8 @@ operation: {depth: 9200 ft}
 def test_the_head_names_the_string_and_the_mud():
     """A sheet that is signed left them out as other numbers. The weights are those of API RP 7G, plain end."""
     said = words(made(WALL, up=FREE, down=ROLLS), SECTIONS)
-    pipe, heavy, collars = "pipe 5.5 by 4.778 in (19.8 lb/ft)", "840 ft of 5.5 by 3.25 in (52.6 lb/ft)", "360 ft of 8 by"
-    assert f"string: {pipe}, {heavy}, {collars} 2.812 in (150 lb/ft)" in said
+    pipe, heavy = "pipe 5.5 by 4.778 in (19.8 lb/ft)", "840 ft of 5.5 by 3.25 in (52.6 lb/ft)"
+    assert f"string: {pipe}, {heavy}, 360 ft of 8 by 2.812 in (150 lb/ft)" in said
     assert "mud density 10.4 ppg" in said
     lumped = words(made(WALL, up=FREE, down=ROLLS), "drillstring: {collar: {length: 600 ft}, pipe: {weight: 18 lb/ft}}")
     assert "(18 lb/ft), 600 ft of collars " in lumped

@@ -24,6 +24,11 @@ class Damping(NamedTuple):
     usual: float
 
     @property
+    def is_low(self) -> bool:
+        """Whether no lower ratio is usual, to the two digits that are shown."""
+        return float(f"{self.ratio:.2g}") <= LOW
+
+    @property
     def low(self) -> float:
         """The damping [N m s/rad] with the least ratio that is usual, with which stick-slip lasts farthest."""
         return self.usual * LOW / USUAL
