@@ -45,6 +45,7 @@ SHORT = "short_observation"  # that what was observed is too short, by units, as
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
 DAMPING_RATIOS = "damping_ratios"  # the least and the greatest damping ratio of torsion, as JSON
+DECIDING = "deciding_numbers"  # the keys of numbers of no sheet that act on each response, as JSON
 STRING_BY_DEPTH = "string_by_depth"  # drag off bottom and torsional period of the string, by depth, as JSON
 LEFT_OUT = "left_out_of_model"  # from where on the string does what its model leaves out, as JSON
 UNUSUAL_NUMBERS = "unusual_numbers"  # those of the string that are far from usual, in words; empty without

@@ -11,11 +11,13 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import HELD, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
+from nsdrill.app.answering.foreseen import deciding_in
 from nsdrill.data import DAMPING, DAMPING_RATIOS, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, _numbers, _without_trip, in_rig_words, one_page
+from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.trial_words import changed_part
 
 pytestmark = pytest.mark.usefixtures("words_only")
@@ -242,7 +244,7 @@ def test_a_sheet_speaks_of_the_vibrations_of_its_model_alone():
     results = made(NOTHING_BEGINS, up=FREE, down=FREE)
     said = words(replace(results, attrs={**results.attrs, "model": "torsion"}), "model: torsion")
     assert "NOT IN THE MODEL: torsion has no bit-bounce and no whirl, so none was looked for." in said
-    assert "Estimates of torsional damping and bit friction decide." in said
+    assert "These decide, as by default: torsional damping and bit friction." in said
     assert "the collar reaches the wall" not in said
     assert "NOT IN THE MODEL" not in words(results)
 
@@ -620,3 +622,39 @@ def test_the_damping_of_torsion_has_its_ratio_beside_it():
     one = made(WALL, up=FREE, down=ROLLS)
     said = words(replace(one, attrs={**one.attrs, DAMPING_RATIOS: json_text([0.031, 0.039])}), SECTIONS)
     assert "torsional damping 22.13 ft-lbf s/rad (ratio 0.031 to 0.039);" in said
+
+
+def test_the_numbers_that_decide_are_those_that_act_on_the_vibrations_of_the_bit():
+    """Over lobes their height and the axial damping decided, by default of no well, and were not named; without lobes
+    nothing of that does."""
+    cone = "bit: {lobes: 3, friction: {static: 0.2, dynamic: 0.1}}\ndrillstring: {eccentricity: 2 mm}"
+    said = words(made(WALL, up=FREE, down=ROLLS), cone)
+    assert (
+        "Estimates of eccentricity and bit friction decide. So do these, as by default: added mass of the mud, " in said
+    )
+    assert "torsional damping, lobe height, axial damping and rock stiffness." in said
+    given = words(made(WALL, up=FREE, down=ROLLS), f"{cone[:-1]}, axial_damping: 138 kN*s/m}}")
+    assert "bit friction, axial damping" not in given
+    assert re.search(r"Estimates of [^.]*axial damping[^.]* decide", given)
+    pdc = words(made(WALL, up=FREE, down=ROLLS), "bit: {lobes: 1, surface_amplitude: 0 mm}")
+    assert "These decide, as by default: eccentricity, " in pdc
+    assert "lobe height" not in pdc
+    assert "rock stiffness and" not in pdc
+    stabilised = words(made(WALL, up=FREE, down=ROLLS), "stabilizer: {clearance: 3 mm}")
+    assert "Estimates of stabiliser clearance decide." in stabilised
+
+
+@pytest.mark.parametrize(
+    ("study", "decide"),
+    [
+        ("model: segments\nbit: {surface_amplitude: 0 mm}", "bit friction, damping of the steel and mud viscosity."),
+        ("model: segments\nbit: {friction: {level: 0.3}}", "Estimates of bit friction decide."),
+        ("model: regenerative\nbit: {wear_length: 1 mm}", "Estimates of wear decide. So do these, as by default: "),
+        ("bit: {rock: {law: regenerative}}", "strength of the rock, direction of the cutting force, wear"),
+        ("modes: {lateral: frozen}\nbit: {lobes: 1, surface_amplitude: 0 mm}", "torsional damping and bit friction."),
+    ],
+)
+def test_each_model_has_its_own_numbers_that_decide(study, decide):
+    attrs = {"study_resolved": json_text(parse_study(study).resolved)}
+    said = deciding_words(deciding_in(attrs), ("whirl", "stick_slip", "bit_bounce"))
+    assert decide in said, said

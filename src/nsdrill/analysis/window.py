@@ -42,6 +42,7 @@ from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
     DAMPING,
     DAMPING_RATIOS,
+    DECIDING,
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
@@ -177,6 +178,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         PULSES: str(results.attrs.get(PULSES, "")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         DAMPING_RATIOS: json.loads(results.attrs.get(DAMPING_RATIOS, "[]")),
+        DECIDING: json.loads(results.attrs.get(DECIDING, "{}")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),

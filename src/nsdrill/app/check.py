@@ -504,6 +504,13 @@ def dampings_of_torsion(study: Study) -> list[Damping]:
     return [] if not hasattr(checks, "coefficients") else dampings(study, _corners(study), checks.coefficients)
 
 
+def deciding_numbers(study: Study) -> dict[str, list[str]]:
+    """The keys of the numbers that no sheet has and that act on each response of a ``study``; none of a model that
+    does not tell them."""
+    deciding: Any = getattr(checks_of(study.model), "deciding", None)
+    return {} if deciding is None else deciding(study)
+
+
 def string_by_depth(study: Study) -> list[dict[str, float]]:
     """What turns the string off bottom, by the equations of its model: the torque at the
     surface less that of the rock, per speed of the string (``drag`` [N m s/rad]); and the ``period`` of its

@@ -10,6 +10,7 @@ from typing import Any
 
 from nsdrill.models import top, waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
+from nsdrill.models.deciding import deciding as of_study
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -91,6 +92,11 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
         f"torsional_wave_{number}": DerivedQuantity(float(value), "rad/s", f"standing torsional wave, mode {number}")
         for number, value in enumerate(found, start=1)
     }
+
+
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on stick-slip."""
+    return of_study(study, {"stick_slip": POORLY_KNOWN})
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:

@@ -37,8 +37,8 @@ from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.answering.foreseen import deciding_in
 from nsdrill.app.answering.window_trials import tried
-from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
 from nsdrill.data import (
     DAMPING_RATIOS,
@@ -77,6 +77,7 @@ from nsdrill.words.answer import (
     warnings,
     would_help,
 )
+from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, NOT_FREE, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, corner_words, ways_words
@@ -93,12 +94,6 @@ MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of control that a driller turns on and off
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = "Computed by nsdrill, not validated against {}.{} Points between those of the map were not run."
-DECISIVE = {  # for a response
-    "whirl": "eccentricity, added mass of the mud",
-    "stick_slip": "torsional damping, bit friction",
-    "bit_bounce": "rock stiffness",
-}
-DECISIVE_ON_SURFACE = {**DECISIVE, "stick_slip": "the strength of the rock", "bit_bounce": "wear"}
 # Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
 NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
 
@@ -1028,10 +1023,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     out."""
     left = len(told) - shown_first(told)
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
-    by_response = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
-    decisive = ", ".join(words for name, words in by_response.items() if name in one.responses)
-    head, _, last = decisive.rpartition(", ")
-    estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
+    decide = deciding_words(deciding_in(one.results.attrs), one.responses)
+    estimates = f" {decide}" if decide else ""
     against = "field data" if one.drills else "measurements"
     unseen = "".join(f" {text}" for text in _of_model(one))
     limits = LIMITS.format(against, estimates)

@@ -105,7 +105,7 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, *, brief: bool 
 def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, brief: bool = False) -> str:
     """What a ``change`` frees, and at which weight alone it was tried, or that it was not where others were; "" where
     it frees nothing. In ``brief`` without what it takes, and why it is poor."""
-    wob = _weight_of(change, found)
+    wob, poor = _weight_of(change, found), _poor(change)
     change = (change.less_with_low if brief else None) or change
     if change.widest is None:
         return ""
@@ -128,9 +128,9 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
     )
     does = f"{'would' if is_sure else 'may'} free {free}"
     if brief:  # what holds with either damping
-        return f"{change.words} {does}{' (poor)' if _poor(change) else ''}"
+        return f"{change.words} {does}{' (poor)' if poor else ''}"
     effort = "" if change.name == OTHER_BIT else f", {change.effort.words},"
-    return f"{change.words}{effort} {does}{_with_damping(change, along, fmt)}{_poor(change)}"
+    return f"{change.words}{effort} {does}{_with_damping(change, along, fmt)}{poor}"
 
 
 def changed_part(found: Trials | None) -> str:

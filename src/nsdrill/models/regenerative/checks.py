@@ -12,6 +12,8 @@ import numpy as np
 from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
+from nsdrill.models.deciding import deciding as of_study
+from nsdrill.models.deciding import of_surface
 from nsdrill.models.drilling import Drilling, drillings, drooping, overloaded, resting, stalling, swinging
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
@@ -93,6 +95,13 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     }
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
     return quantities | drives.below(parameters, operation.depth).quantities(drilling, operation.rotary_speed)
+
+
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on each response."""
+    of_bit = of_surface("bit")
+    axial = (*of_bit, "drillstring.axial_damping")
+    return of_study(study, {"stick_slip": (*axial, "drillstring.torsional_damping"), "bit_bounce": axial})
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:

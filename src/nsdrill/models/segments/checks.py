@@ -16,6 +16,8 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
+from nsdrill.models.deciding import deciding as of_study
+from nsdrill.models.deciding import of_surface
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -66,6 +68,15 @@ from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
 
 FRICTION = "bit.friction.level and hump"
+OF_FRICTION = tuple(f"bit.friction.{name}" for name in ("level", "hump", "narrowing", "viscous"))
+OF_TORSION = ("segments.material_damping.torsional", "mud.viscosity")
+ON_ROCK = (
+    "bit.surface_amplitude",
+    "bit.rock_stiffness",
+    "segments.rock_damping",
+    "segments.material_damping.axial",
+    "segments.top.damping",
+)
 MODES = 3  # modes of string and drive among the derived quantities
 WAVES = 4  # standing waves in the chart of the drives
 
@@ -250,6 +261,15 @@ def _waves(parameters: Parameters, depth: float) -> dict[str, DerivedQuantity]:
         f"torsional_wave_{number}": DerivedQuantity(float(value), "rad/s", f"standing torsional wave, mode {number}")
         for number, value in enumerate(found, start=1)
     }
+
+
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on each response."""
+    bit = study.parameters.bit
+    of_bit = of_surface("bit.rock") if bit.rock.regenerative else OF_FRICTION
+    on_rock = () if bit.rock.regenerative else ON_ROCK if bit.surface_amplitude else ()
+    found = {"stick_slip": (*of_bit, *OF_TORSION), "bit_bounce": (*(of_bit if bit.rock.regenerative else ()), *on_rock)}
+    return of_study(study, found)
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
