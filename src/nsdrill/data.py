@@ -300,6 +300,16 @@ def rubs_at_collar(attrs: Attributes) -> bool:
     return isinstance(well, dict) and bool(well.get("axial_friction")) and not rubs_along(attrs)
 
 
+def estimates_wall(attrs: Attributes) -> bool:
+    """Whether the speeds at which the collar off bottom reaches the wall are an estimate in a file with the root
+    attributes ``attrs``: it sags, and its stabilisers have clearance, or the mud rotates."""
+    study = resolved_study(attrs)
+    well, stabilizer, mud = (study.get(name) or {} for name in ("well", "stabilizer", "mud"))
+    if not all(isinstance(one, dict) for one in (well, stabilizer, mud)):
+        return False
+    return bool(well.get("inclination")) and bool(stabilizer.get("clearance") or mud.get("swirl"))
+
+
 def drive_kind(attrs: Attributes) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as in the study;
     for a sweep over kinds "ideal", the kind of most studies."""

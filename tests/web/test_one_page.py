@@ -11,12 +11,14 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import HELD, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
+from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.foreseen import deciding_in
 from nsdrill.data import DAMPING, DAMPING_RATIOS, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, _numbers, _without_trip, in_rig_words, one_page
+from nsdrill.words.answer import warnings
 from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.trial_words import changed_part
 
@@ -629,9 +631,7 @@ def test_the_numbers_that_decide_are_those_that_act_on_the_vibrations_of_the_bit
     nothing of that does."""
     cone = "bit: {lobes: 3, friction: {static: 0.2, dynamic: 0.1}}\ndrillstring: {eccentricity: 2 mm}"
     said = words(made(WALL, up=FREE, down=ROLLS), cone)
-    assert (
-        "Estimates of eccentricity and bit friction decide. So do these, as by default: added mass of the mud, " in said
-    )
+    assert "Estimates of eccentricity and bit friction decide. So do these, as by default: added mass of" in said
     assert "torsional damping, lobe height, axial damping and rock stiffness." in said
     given = words(made(WALL, up=FREE, down=ROLLS), f"{cone[:-1]}, axial_damping: 138 kN*s/m}}")
     assert "bit friction, axial damping" not in given
@@ -658,3 +658,11 @@ def test_each_model_has_its_own_numbers_that_decide(study, decide):
     attrs = {"study_resolved": json_text(parse_study(study).resolved)}
     said = deciding_words(deciding_in(attrs), ("whirl", "stick_slip", "bit_bounce"))
     assert decide in said, said
+
+
+@pytest.mark.parametrize(("study", "is_told"), [("", False), ("stabilizer: {clearance: 3 mm}", True)])
+def test_stabilisers_with_sag_say_that_the_speeds_of_the_wall_are_an_estimate(study, is_told):
+    results = made({**WALL, "low_side": None}, up=FREE, down=ROLLS)
+    attrs = {"study_resolved": json_text(parse_study(f"well: {{inclination: 5 deg}}\n{study}").resolved)}
+    said = " ".join(warnings(find_window(replace(results, attrs={**results.attrs, **attrs})), "field"))
+    assert ("THE SPEEDS OF THE WALL ARE AN ESTIMATE" in said) == is_told

@@ -33,7 +33,7 @@ from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.torsion import STEEL, Drillstring, Initial, Parameters, below, rotating, turning_string
-from nsdrill.models.uncertain_onset import FRICTION, sensitive_onset
+from nsdrill.models.uncertain_onset import FRICTION, onsets_of, sensitive_onset
 from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
 
@@ -110,7 +110,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         interrupted(turning, format_value),
         narrow(turning, format_value),
         begun_above(lasting_motions(study, corners), format_value),
-        sensitive_onset(study, corners, drilling_at, POORLY_KNOWN, format_value),
+        sensitive_onset(study, corners, onsets_of(drilling_at), POORLY_KNOWN, format_value),
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told

@@ -428,6 +428,11 @@ def of_drag(summary: Answer) -> Iterator[str]:
 def _of_low_side(summary: Answer) -> Iterator[str]:
     """That the weight of the collar holds it on the wall."""
     told = summary["wall_off_bottom"]
+    if told is not None and told["low_side"] is None and summary["wall_estimated"]:
+        yield (
+            "THE SPEEDS OF THE WALL ARE AN ESTIMATE: in an inclined hole the collar sags, and its stabilisers have "
+            "clearance or the mud rotates. At which speeds off bottom it reaches the wall is then known roughly."
+        )
     if told is not None and told["low_side"] is not None:
         part = ", in a part of the study" if told["low_side"] == "part" else ""
         yield (

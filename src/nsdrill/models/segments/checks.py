@@ -63,6 +63,7 @@ from nsdrill.models.segments.string import (
     string_of,
 )
 from nsdrill.models.tree import lane_values, with_values
+from nsdrill.models.uncertain_onset import sensitive_onset
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
@@ -297,6 +298,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         swinging(study, found, format_value),
         interrupted(found, format_value),
         narrow(found, format_value),
+        sensitive_onset(study, corners, _onsets, deciding(study).get("stick_slip", ()), format_value),
         _unloaded(corners),
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
         _another_hole(on_surface, format_value),
@@ -310,6 +312,12 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     the bit out of it sooner. Up to which one stick-slip lasts, once begun, is not known of several
     inertias; None where no onset is known."""
     return [below and (below[0], None) for below in limits([_stability_of(values) for values in settings])]
+
+
+def _onsets(strings: Sequence[Parameters], at: Operation) -> list[float | None]:
+    """The speeds [rad/s] below which steady drilling is unstable, of many strings."""
+    found = limits([_stability_of(Values(one, Initial(), (at.depth, at.wob, at.rotary_speed))) for one in strings])
+    return [one and one[0] for one in found]
 
 
 def _stability_of(values: Values) -> Drilling | Limits:
