@@ -590,10 +590,12 @@ def test_the_clearance_of_stabilisers_is_among_the_numbers_that_decide(call, sma
 
 
 @pytest.mark.parametrize(
-    ("model", "number", "value"),
-    [("segments", "bit.friction.viscous", 0.01), ("regenerative", "bit.specific_energy", 60e6)],
+    ("model", "number", "value", "unit"),
+    [("segments", "bit.friction.viscous", 0.01, "s/rad"), ("regenerative", "bit.specific_energy", 60, "MPa")],
 )
-def test_numbers_that_decide_are_told_of_several_inertias_and_of_a_bit_that_cuts(call, tmp_path, model, number, value):
+def test_numbers_that_decide_are_told_of_several_inertias_and_of_a_bit_that_cuts(
+    call, tmp_path, model, number, value, unit
+):
     """The speed below which steady drilling is unstable with another value is that of a check with it."""
     study = tmp_path / "study.yaml"
     study.write_text(f"model: {model}\nsweep: {{rotary_speed: {{from: 2 rad/s, to: 30 rad/s, points: 8}}}}\n")
@@ -606,5 +608,5 @@ def test_numbers_that_decide_are_told_of_several_inertias_and_of_a_bit_that_cuts
     how, there = re.search(rf"([\d.]+ rad/s) with (half|twice) {re.escape(number)}", said).groups()[::-1]
     name = "stick_slip_onset" if model == "segments" else "steady_threshold"
     assert f"is {figures[name]['value']:.4g} rad/s, and" in said
-    changed_to = {"half": 0.5, "twice": 2.0}[how] * value
-    assert float(there.split()[0]) == pytest.approx(checked(f"{number}={changed_to}")[1][name]["value"], rel=2e-3)
+    changed_to = f"{number}={ {'half': 0.5, 'twice': 2.0}[how] * value } {unit}"
+    assert float(there.split()[0]) == pytest.approx(checked(changed_to)[1][name]["value"], rel=2e-3)
