@@ -147,7 +147,7 @@ def _with_damping(change: Change, along: str, fmt: Formatter) -> str:
         return ""
     rests = f"damping ratio {change.ratio:.2g}"
     if (less := change.less_with_low) is not None:
-        return f" ({rests}; with {LOW:g} {_range_of(less, change, along, fmt)})"
+        return f" ({rests}; with {LOW:g} only {_range_of(less, change, along, fmt)})"
     if change.low is not None and not change.low.has_room:
         return f" ({rests}; nothing with {LOW:g})"
     return f" ({rests}{f', the same with {LOW:g}' if change.low is not None else ''})"
