@@ -1039,7 +1039,9 @@ def test_a_change_says_on_which_damping_it_rests_and_what_the_least_that_is_usua
         return trial_words.best_words(found, "rotary_speed", FIELD, brief=brief)
 
     assert told(less).endswith("13 to 17 klbf (damping ratio 0.039; with 0.02 only 154 to 190 rpm)")
-    assert told(replace(less, weights=(15 * KLBF, 17 * KLBF))).endswith("with 0.02 only 154 to 190 rpm at 15 to 17 klbf)")
+    assert told(replace(less, weights=(15 * KLBF, 17 * KLBF))).endswith(
+        "with 0.02 only 154 to 190 rpm at 15 to 17 klbf)"
+    )
     assert told(less, brief=True) == "stabilisers 30 ft apart would free 154 to 190 rpm at 13 to 17 klbf"
     assert told(span).endswith("(damping ratio 0.039, the same with 0.02)")
     nothing = replace(less, room=0.0)

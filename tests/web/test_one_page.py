@@ -664,6 +664,9 @@ def test_each_model_has_its_own_numbers_that_decide(study, decide):
 def test_stabilisers_with_sag_say_that_the_speeds_of_the_wall_are_an_estimate(study, is_told):
     results = made(WALL, up=FREE, down=ROLLS)
     wall = json_text({"low_side": None, "range": {"from": 6.0, "to": 7.0}})
-    attrs = {WALL_OFF_BOTTOM: wall, "study_resolved": json_text(parse_study(f"well: {{inclination: 5 deg}}\n{study}").resolved)}
+    attrs = {
+        WALL_OFF_BOTTOM: wall,
+        "study_resolved": json_text(parse_study(f"well: {{inclination: 5 deg}}\n{study}").resolved),
+    }
     said = " ".join(warnings(find_window(replace(results, attrs={**results.attrs, **attrs})), "field"))
     assert ("THE SPEEDS OF THE WALL ARE AN ESTIMATE" in said) == is_told
