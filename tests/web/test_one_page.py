@@ -650,6 +650,7 @@ def test_the_numbers_that_decide_are_those_that_act_on_the_vibrations_of_the_bit
         ("model: segments\nbit: {surface_amplitude: 0 mm}", "bit friction, damping of the steel and mud viscosity."),
         ("model: segments\nbit: {friction: {level: 0.3}}", "Estimates of bit friction decide."),
         ("model: regenerative\nbit: {wear_length: 1 mm}", "Estimates of wear decide. So do these, as by default: "),
+        ("well: {axial_friction: true}\nbit: {lobes: 1, surface_amplitude: 0 mm}", "rock stiffness and axial damping."),
         ("bit: {rock: {law: regenerative}}", "strength of the rock, direction of the cutting force, wear"),
         ("modes: {lateral: frozen}\nbit: {lobes: 1, surface_amplitude: 0 mm}", "torsional damping and bit friction."),
     ],

@@ -60,13 +60,15 @@ def deciding(study: Any) -> dict[str, list[str]]:
         for name, mode in zip(OF_RESPONSES, ("lateral", "torsional", "axial"), strict=True)
     }
     cuts = rock is not None and rock.regenerative
-    is_lifted = cuts or bit.surface_amplitude != 0.0 or AMPLITUDE in (*study.axes, *study.drawn)
+    has_lobes = bit.surface_amplitude != 0.0 or AMPLITUDE in (*study.axes, *study.drawn)
+    # the wall that holds a collar along the hole lifts a bit without lobes
+    is_lifted = cuts or has_lobes or getattr(parameters.well, "axial_friction", False)
     found: dict[str, list[str]] = {}
     for name, speeds in OF_RESPONSES.items():
         if free[name] != "free" or (name == "bit_bounce" and not is_lifted):
             continue
         own = [key for key, affected in POORLY_KNOWN.items() if set(affected) & set(speeds)]
-        if name == "stick_slip" and is_lifted and not cuts:  # lobes shake the bit out of it
+        if name == "stick_slip" and has_lobes and not cuts:  # lobes shake the bit out of it
             own += [AMPLITUDE, AXIAL_DAMPING]
         of_bit = of_surface("bit.rock") if cuts and name != "whirl" else ()
         found[name] = [*(key for key in own if not (of_bit and key.startswith("bit."))), *of_bit]
