@@ -44,6 +44,8 @@ PULSES = "pulses"  # what is warned of pulses of a forcing, which steps may jump
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one
 DAMPING = "damping_of_torsion"  # damping that is unusual of a string, as JSON
+DAMPING_RATIOS = "damping_ratios"  # the least and the greatest damping ratio of torsion, as JSON
+DECIDING = "deciding_numbers"  # the keys of numbers of no sheet that act on each response, as JSON
 STRING_BY_DEPTH = "string_by_depth"  # drag off bottom and torsional period of the string, by depth, as JSON
 LEFT_OUT = "left_out_of_model"  # from where on the string does what its model leaves out, as JSON
 UNUSUAL_NUMBERS = "unusual_numbers"  # those of the string that are far from usual, in words; empty without
@@ -289,6 +291,23 @@ def leaves_out_drag(attrs: Attributes) -> bool:
     well = resolved_study(attrs).get("well")
     inclination = well.get("inclination") if isinstance(well, dict) else None
     return bool(inclination) and not rubs_along(attrs)
+
+
+def rubs_at_collar(attrs: Attributes) -> bool:
+    """Whether of the string in a file with the root attributes ``attrs`` the collar and its stabilisers alone rub
+    along the hole."""
+    well = resolved_study(attrs).get("well")
+    return isinstance(well, dict) and bool(well.get("axial_friction")) and not rubs_along(attrs)
+
+
+def estimates_wall(attrs: Attributes) -> bool:
+    """Whether the speeds at which the collar off bottom reaches the wall are an estimate in a file with the root
+    attributes ``attrs``: it sags, and its stabilisers have clearance, or the mud rotates."""
+    study = resolved_study(attrs)
+    well, stabilizer, mud = (study.get(name) or {} for name in ("well", "stabilizer", "mud"))
+    if not all(isinstance(one, dict) for one in (well, stabilizer, mud)):
+        return False
+    return bool(well.get("inclination")) and bool(stabilizer.get("clearance") or mud.get("swirl"))
 
 
 def drive_kind(attrs: Attributes) -> str:

@@ -48,6 +48,7 @@ from nsdrill.interrupt import EXIT_CODE
 from nsdrill.models.parts import values_at
 from nsdrill.models.registry import checks_of
 from nsdrill.study import parse_study
+from nsdrill.study.load import default_study
 from nsdrill.words import trial_words
 from nsdrill.words.answer import warnings
 from nsdrill.words.values import Formatter
@@ -858,6 +859,50 @@ def test_a_change_is_run_with_a_usual_damping_where_that_of_the_study_is_higher(
         assert found.widest == ((80 * RPM, 130 * RPM) if holds else ends)
     assert len(seen) == 1
     assert 15.0 < seen[0] < 25.0
+
+
+def test_a_change_says_what_the_least_damping_that_is_usual_leaves(monkeypatch):
+    """With 0.039 times the critical damping, as strings have, it was not run with less: 0.02 leaves less than half. One
+    with the least has no other run."""
+    seen = []
+
+    def run(changed, change):
+        seen.append(changed.motions.study.parameters.drillstring.torsional_damping)
+        return replace(change, free=((100 * RPM, 140 * RPM),), room=2.0)
+
+    monkeypatch.setattr(remedies.Changed, "run", run)
+    for damping in (26.0, 13.0):
+        one = bench(ROTARY, f"drillstring.torsional_damping={damping} N*m*s/rad")
+        changed = remedies.Changed(one.motions, {**one.values, "wob": 20 * KLBF}, one.speeds)
+        ends = (60 * RPM, 140 * RPM)
+        change = replace(changed.all()[1], free=(ends,), widest=ends, room=3.0, speed=100 * RPM)
+        assert changed.with_usual_damping(change) == change
+        found = changed.with_low_damping(change)
+        assert found.ratio == pytest.approx(0.075 * damping / 50.0, rel=0.05)
+        assert found.widest == ends
+        assert (found.low and found.low.widest) == ((100 * RPM, 140 * RPM) if damping > 20.0 else None)
+    assert seen == [pytest.approx(0.02 / 0.075 * 50.0, rel=0.05)]
+
+
+def test_another_bit_comes_with_its_friction():
+    """A PDC bit was offered for a roller cone with the friction of the cone, and sticks further with its own."""
+    cone = "{lobes: 3, surface_amplitude: 1 mm, friction: {static: 0.2, dynamic: 0.1}}"
+    usual = default_study("christoforou_yigit").parameters.bit.friction
+    for bit, lobes, words, static in (
+        (cone, 1, "a PDC bit without lobes (friction 0.5/0.2)", usual.static),
+        (cone.replace("3", "1"), 1, "a bit without lobes (friction 0.2/0.1, as now)", 0.2),
+    ):
+        one = bench(ROTARY, f"bit={bit}")
+        changed = remedies.Changed(one.motions, {**one.values, "wob": 20 * KLBF}, one.speeds)
+        change = next(one for one in changed.all() if one.name == "lobes")
+        assert change.words == words
+        ran = changed.study_of(change).parameters.bit
+        assert (ran.lobes, ran.surface_amplitude, ran.friction.static) == (lobes, 0.0, static)
+        assert ran.friction.dynamic == (usual.dynamic if "PDC" in words else 0.1)
+    measured = cone.replace("static: 0.2, dynamic: 0.1", "static: 10 kN*m, dynamic: 5 kN*m")
+    one = bench(ROTARY, f"bit={measured}")
+    changed = remedies.Changed(one.motions, {**one.values, "wob": 20 * KLBF}, one.speeds)
+    assert "lobes" not in [one.name for one in changed.all()], "a torque that was measured is that of its own bit"
 
 
 @pytest.mark.parametrize(("at_heavy", "held"), [(((95 * RPM, 140 * RPM),), 22), ((), 20)])

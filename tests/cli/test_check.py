@@ -573,3 +573,40 @@ def test_friction_of_stabilisers_that_drives_whirl_is_told_of():
     assert "0.028" in told[0]
     slight = {"stabilizer": {"clearance": "5 mm", "friction": {"static": 0.02, "dynamic": 0.02}}}
     assert not [text for text in nsdrill.check(study | slight).warnings if text.startswith("Stabilisers")]
+
+
+def test_the_clearance_of_stabilisers_is_among_the_numbers_that_decide(call, small):
+    """Twice of it the collar reaches the wall sooner; one that is wider than the gap is none."""
+    narrow = ("well.diameter=12.25 in", "drillstring.eccentricity=2 mm", "stabilizer.clearance=12 mm")
+    slow = "sweep.rotary_speed={from: 2 rad/s, to: 12 rad/s, points: 4}"
+
+    def told(*changes: str) -> str:
+        said = json.loads(call("check", small, *changed(*narrow, slow, *changes), "--json").out)["warnings"]
+        return next(one for one in said if one.startswith("Sensitive"))
+
+    assert "with twice stabilizer.clearance" in told()
+    assert "stabilizer.clearance" not in told("stabilizer.clearance=null")
+    assert "twice stabilizer.clearance" not in told("stabilizer.clearance=25 mm")
+
+
+@pytest.mark.parametrize(
+    ("model", "number", "value", "unit"),
+    [("segments", "bit.friction.viscous", 0.01, "s/rad"), ("regenerative", "bit.specific_energy", 60, "MPa")],
+)
+def test_numbers_that_decide_are_told_of_several_inertias_and_of_a_bit_that_cuts(
+    call, tmp_path, model, number, value, unit
+):
+    """The speed below which steady drilling is unstable with another value is that of a check with it."""
+    study = tmp_path / "study.yaml"
+    study.write_text(f"model: {model}\nsweep: {{rotary_speed: {{from: 2 rad/s, to: 30 rad/s, points: 8}}}}\n")
+
+    def checked(*changes: str) -> tuple[str, dict]:
+        found = json.loads(call("check", study, *changed(*changes), "--json").out)
+        return next((one for one in found["warnings"] if one.startswith("Sensitive")), ""), found["figures"]
+
+    said, figures = checked()
+    how, there = re.search(rf"([\d.]+ rad/s) with (half|twice) {re.escape(number)}", said).groups()[::-1]
+    name = "stick_slip_onset" if model == "segments" else "steady_threshold"
+    assert f"is {figures[name]['value']:.4g} rad/s, and" in said
+    changed_to = f"{number}={ {'half': 0.5, 'twice': 2.0}[how] * value } {unit}"
+    assert float(there.split()[0]) == pytest.approx(checked(changed_to)[1][name]["value"], rel=2e-3)

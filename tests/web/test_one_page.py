@@ -11,11 +11,15 @@ from figures.test_wording import FREE, ROLLS, SPEEDS, STICKS, WALL, WEIGHTS, mad
 
 from nsdrill.analysis.confirmed import confirmed
 from nsdrill.analysis.trials import HELD, SPEED_FIRST, WEIGHT_FIRST, Change, Outcome, Trial, Trials, Way
-from nsdrill.data import DAMPING, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answering.foreseen import deciding_in
+from nsdrill.data import DAMPING, DAMPING_RATIOS, OVERRIDES, STICKS_TO, WALL_OFF_BOTTOM, WITHIN, Results, json_text
 from nsdrill.models.responses import WHIRL
 from nsdrill.study.load import parse_study
 from nsdrill.units import to_si
 from nsdrill.web.one_page import Sheet, _numbers, _without_trip, in_rig_words, one_page
+from nsdrill.words.answer import warnings
+from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.trial_words import changed_part
 
 pytestmark = pytest.mark.usefixtures("words_only")
@@ -242,7 +246,7 @@ def test_a_sheet_speaks_of_the_vibrations_of_its_model_alone():
     results = made(NOTHING_BEGINS, up=FREE, down=FREE)
     said = words(replace(results, attrs={**results.attrs, "model": "torsion"}), "model: torsion")
     assert "NOT IN THE MODEL: torsion has no bit-bounce and no whirl, so none was looked for." in said
-    assert "Estimates of torsional damping and bit friction decide." in said
+    assert "These decide, as by default: torsional damping and bit friction." in said
     assert "the collar reaches the wall" not in said
     assert "NOT IN THE MODEL" not in words(results)
 
@@ -577,3 +581,93 @@ def test_the_page_of_a_severity_is_not_green_and_says_that_vibration_is_allowed(
         assert "allowed, not ordered [rpm]" in said
         assert "it bounces in every run, strong at most" in said
         assert not re.search(r"\bfree\b|\bsteady\b|never exceed|come in again|Drill at ", said)
+
+
+SECTIONS = """
+drillstring:
+  sections:
+    - {outer_diameter: 5.5 in, inner_diameter: 4.778 in}
+    - {length: 840 ft, outer_diameter: 5.5 in, inner_diameter: 3.25 in}
+    - {length: 360 ft, outer_diameter: 8 in, inner_diameter: 2.8125 in}
+  collar: {span: 60 ft}
+  torsional_damping: 30 N*m*s/rad
+mud: {density: 10.4 ppg}
+well: {diameter: 12.25 in, inclination: 30 deg, axial_friction: true}
+operation: {depth: 9200 ft}
+"""
+
+
+def test_the_head_names_the_string_and_the_mud():
+    """A sheet that is signed left them out as other numbers. The weights are those of API RP 7G, plain end."""
+    said = words(made(WALL, up=FREE, down=ROLLS), SECTIONS)
+    pipe, heavy = "pipe 5.5 by 4.778 in (19.8 lb/ft)", "840 ft of 5.5 by 3.25 in (52.6 lb/ft)"
+    assert f"string: {pipe}, {heavy}, 360 ft of 8 by 2.812 in (150 lb/ft)" in said
+    assert "mud density 10.4 ppg" in said
+    lumped = words(made(WALL, up=FREE, down=ROLLS), "drillstring: {collar: {length: 600 ft}, pipe: {weight: 18 lb/ft}}")
+    assert "(18 lb/ft), 600 ft of collars " in lumped
+
+
+def test_an_option_that_was_changed_is_named_in_the_head_and_what_it_leaves_out_below():
+    """The friction along the hole that the collar has stood beside NO DRAG ALONG THE HOLE, and not in the head."""
+    results = made(WALL, up=FREE, down=ROLLS)
+    given = json_text(["well.axial_friction=true", "drillstring.sections=[]", "drillstring.nowhere=3"])
+    said = words(replace(results, attrs={**results.attrs, OVERRIDES: given}), SECTIONS)
+    assert "well axial friction on (changed for this run)" in said
+    assert "(150 lb/ft) (changed for this run)" in said
+    assert "drillstring nowhere 3 (changed for this run)" in said
+    assert "NO DRAG ALONG THE HOLE" not in said
+    assert "NO DRAG OF THE STRING ABOVE THE COLLAR is in the model" in said
+    assert "where less comes than is slacked off" in said
+
+
+def test_the_damping_of_torsion_has_its_ratio_beside_it():
+    one = made(WALL, up=FREE, down=ROLLS)
+    said = words(replace(one, attrs={**one.attrs, DAMPING_RATIOS: json_text([0.031, 0.039])}), SECTIONS)
+    assert "torsional damping 22.13 ft-lbf s/rad (ratio 0.031 to 0.039);" in said
+
+
+def test_the_numbers_that_decide_are_those_that_act_on_the_vibrations_of_the_bit():
+    """Over lobes their height and the axial damping decided, by default of no well, and were not named; without lobes
+    nothing of that does."""
+    cone = "bit: {lobes: 3, friction: {static: 0.2, dynamic: 0.1}}\ndrillstring: {eccentricity: 2 mm}"
+    said = words(made(WALL, up=FREE, down=ROLLS), cone)
+    assert "Estimates of eccentricity and bit friction decide. So do these, as by default: added mass of" in said
+    assert "torsional damping, lobe height, axial damping and rock stiffness." in said
+    given = words(made(WALL, up=FREE, down=ROLLS), f"{cone[:-1]}, axial_damping: 138 kN*s/m}}")
+    assert "bit friction, axial damping" not in given
+    assert re.search(r"Estimates of [^.]*axial damping[^.]* decide", given)
+    pdc = words(made(WALL, up=FREE, down=ROLLS), "bit: {lobes: 1, surface_amplitude: 0 mm}")
+    assert "These decide, as by default: eccentricity, " in pdc
+    assert "lobe height" not in pdc
+    assert "rock stiffness and" not in pdc
+    stabilised = words(made(WALL, up=FREE, down=ROLLS), "stabilizer: {clearance: 3 mm}")
+    assert "Estimates of stabiliser clearance decide." in stabilised
+
+
+@pytest.mark.parametrize(
+    ("study", "decide"),
+    [
+        ("model: segments\nbit: {surface_amplitude: 0 mm}", "bit friction, damping of the steel and mud viscosity."),
+        ("model: segments\nbit: {friction: {level: 0.3}}", "Estimates of bit friction decide."),
+        ("model: regenerative\nbit: {wear_length: 1 mm}", "Estimates of wear decide. So do these, as by default: "),
+        ("well: {axial_friction: true}\nbit: {lobes: 1, surface_amplitude: 0 mm}", "rock stiffness and axial damping."),
+        ("bit: {rock: {law: regenerative}}", "strength of the rock, direction of the cutting force, wear"),
+        ("modes: {lateral: frozen}\nbit: {lobes: 1, surface_amplitude: 0 mm}", "torsional damping and bit friction."),
+    ],
+)
+def test_each_model_has_its_own_numbers_that_decide(study, decide):
+    attrs = {"study_resolved": json_text(parse_study(study).resolved)}
+    said = deciding_words(deciding_in(attrs), ("whirl", "stick_slip", "bit_bounce"))
+    assert decide in said, said
+
+
+@pytest.mark.parametrize(("study", "is_told"), [("", False), ("stabilizer: {clearance: 3 mm}", True)])
+def test_stabilisers_with_sag_say_that_the_speeds_of_the_wall_are_an_estimate(study, is_told):
+    results = made(WALL, up=FREE, down=ROLLS)
+    wall = json_text({"low_side": None, "range": {"from": 6.0, "to": 7.0}})
+    attrs = {
+        WALL_OFF_BOTTOM: wall,
+        "study_resolved": json_text(parse_study(f"well: {{inclination: 5 deg}}\n{study}").resolved),
+    }
+    said = " ".join(warnings(find_window(replace(results, attrs={**results.attrs, **attrs})), "field"))
+    assert ("THE SPEEDS OF THE WALL ARE AN ESTIMATE" in said) == is_told

@@ -223,7 +223,8 @@ class WayIn:
     most: float | None = None
     """The greatest rate [rad/s^2] at which trials ended free; None without trials."""
     is_shaken: bool = False
-    """Whether runs of the map bounced over lobes, which may begin when the weight is set."""
+    """Whether runs of the map bounced, over lobes or as the wall holds a collar, which may begin when the weight is
+    set."""
     swing_rate: float | None = None
     crosses: bool = False
     """Whether the point lies above where the wall range begins, so that it is passed."""

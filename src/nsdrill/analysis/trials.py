@@ -157,6 +157,13 @@ class Change:
     there were none."""
     holds_usual: bool | None = None
     """Whether it is free as well with a usual, lower damping of torsion; None where that was not tried."""
+    ratio: float | None = None
+    """The damping ratio of torsion with which it was run; None where it is not one number."""
+    low: Change | None = None
+    """It with what it allows as well with the least damping of torsion that is usual; without room where that is
+    nothing. None where that was not tried, or is not known."""
+    also: tuple[tuple[str, str], ...] = ()
+    """Further keys of the study, each with its value as text, that come with the change."""
     wob: float | None = None
     others: tuple[Change, ...] = ()
     """The same at the other weights at which it was run."""
@@ -251,7 +258,7 @@ class Change:
     def promised(self) -> Robust:
         """How much it may be relied on, before trials at best: by the speeds that it allows, its margin and the share
         of its trials; poor where the weight cannot be held, or where a usual damping undoes it."""
-        if self.widest is None or self.holds_usual is False or self._is_narrow_in_weight:
+        if self.widest is None or self._is_of_one_damping or self._is_narrow_in_weight:
             return Robust.POOR
         for grade, least in LEAST_OF.items():
             if all(one >= need - 1e-9 for one, need in zip(self._has, least, strict=True)):
@@ -264,8 +271,21 @@ class Change:
         lacks = ("narrow in speed", "little room", "few trials free")
         pairs = zip(self._has, LEAST_OF[Robust.FAIR], lacks, strict=True)
         found = [words for one, need, words in pairs if one < need - 1e-9]
-        one_damping = ("with the assumed damping only",) * (self.holds_usual is False)
+        one_damping = ("with the assumed damping only",) * self._is_of_one_damping
         return (*("narrow in weight",) * self._is_narrow_in_weight, *found, *one_damping)
+
+    @property
+    def _is_of_one_damping(self) -> bool:
+        """Whether a lower damping of torsion that is usual leaves it no room."""
+        return self.holds_usual is False or (self.low is not None and not self.low.has_room)
+
+    @property
+    def less_with_low(self) -> Change | None:
+        """It with the least damping that is usual, where that frees less; else None."""
+        if self.low is None or not self.low.has_room:
+            return None
+        same = (self.low.widest, self.low.weights) == (self.widest, self.weights)
+        return None if same else self.low
 
     @property
     def _is_narrow_in_weight(self) -> bool:
@@ -596,12 +616,20 @@ def _plain(trials: Sequence[Trial]) -> list[Answer]:
     ]
 
 
+def _stay_within(one: Change) -> Answer | None:
+    if one.widest is None or one.weights is None:
+        return None
+    ends = (("rotary_speed", one.widest), ("wob", one.weights))
+    return {axis: {"from": low, "to": high} for axis, (low, high) in ends}
+
+
 def _plain_change(one: Change, along: str, whole: Change) -> Answer:
     left = whole.left_beside(one)
     return {
         "name": one.name,
         "key": one.key,
         "set": one.value,
+        "also_set": dict(one.also),
         "wob": None if one.wob is None else {"wob": one.wob},
         "free": [{"axis": along, "from": low, "to": high} for low, high in one.free],
         "free_beside_trials": None if one.trials else [{"axis": along, "from": low, "to": high} for low, high in left],
@@ -609,13 +637,10 @@ def _plain_change(one: Change, along: str, whole: Change) -> Answer:
         "effort": one.effort.words if one.key else None,
         "robust": None if one.robust is None or not (one.key and one.has_room) else one.robust.name.lower(),
         "share_free": one.share if one.trials else None,
-        "stay_within": None
-        if one.widest is None or one.weights is None
-        else {
-            axis: {"from": low, "to": high}
-            for axis, (low, high) in (("rotary_speed", one.widest), ("wob", one.weights))
-        },
+        "stay_within": _stay_within(one),
         "holds_with_usual_damping": one.holds_usual,
+        "damping_ratio": one.ratio,
+        "with_low_damping": None if one.low is None else _stay_within(one.low) if one.low.has_room else {},
         "why": one.why,
         "jump": one.jump and data_of_jump(one.jump),
         "sticks_past_wall": one.sticks_past,

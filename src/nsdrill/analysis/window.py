@@ -41,6 +41,8 @@ from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, ju
 from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
     DAMPING,
+    DAMPING_RATIOS,
+    DECIDING,
     EDITED_SOURCE,
     ENDS_EARLY,
     FEW,
@@ -58,10 +60,12 @@ from nsdrill.data import (
     Array,
     Results,
     drive_kind,
+    estimates_wall,
     frozen_modes,
     leaves_out_drag,
     overrides,
     resolved_study,
+    rubs_at_collar,
 )
 from nsdrill.errors import option
 from nsdrill.models.choices import in_words, words_along
@@ -161,6 +165,8 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": passed_over(maps.grades, found.cell),
         "drag_left_out": model_in(results.attrs).drills and leaves_out_drag(results.attrs),
+        "rubs_at_collar": rubs_at_collar(results.attrs),
+        "wall_estimated": estimates_wall(results.attrs),
         "gaps": [data_of_jump(one) for one in gaps_of(results)],
         "lasting_motions": lasting,
         "driven_by_mud": _driven_by_mud(results),
@@ -173,6 +179,8 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         UNUSUAL_NUMBERS: str(results.attrs.get(UNUSUAL_NUMBERS, "")),
         PULSES: str(results.attrs.get(PULSES, "")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
+        DAMPING_RATIOS: json.loads(results.attrs.get(DAMPING_RATIOS, "[]")),
+        DECIDING: json.loads(results.attrs.get(DECIDING, "{}")),
         UNREAD: str(results.attrs.get(UNREAD, "")),
         EDITED_SOURCE: str(results.attrs.get(EDITED_SOURCE, "")),
         ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),

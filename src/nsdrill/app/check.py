@@ -25,7 +25,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.late import deferred
 from nsdrill.models import cutting, dry, friction
 from nsdrill.models.choices import words_of
-from nsdrill.models.damped import Damping, damped, unusual_damping
+from nsdrill.models.damped import Damping, damped, dampings, unusual_damping
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import (
     LATE,
@@ -496,6 +496,19 @@ def damping_of_torsion(study: Study) -> Damping | None:
     """The damping of torsion of a ``study``, where it is unusual of a string."""
     checks = checks_of(study.model)
     return None if checks is None else unusual_damping(study, _corners(study), checks.coefficients)
+
+
+def dampings_of_torsion(study: Study) -> list[Damping]:
+    """The damping of torsion at each corner of a ``study``, usual or not; none of a string without such a number."""
+    checks = checks_of(study.model)
+    return [] if not hasattr(checks, "coefficients") else dampings(study, _corners(study), checks.coefficients)
+
+
+def deciding_numbers(study: Study) -> dict[str, list[str]]:
+    """The keys of the numbers that no sheet has and that act on each response of a ``study``; none of a model that
+    does not tell them."""
+    deciding: Any = getattr(checks_of(study.model), "deciding", None)
+    return {} if deciding is None else deciding(study)
 
 
 def string_by_depth(study: Study) -> list[dict[str, float]]:

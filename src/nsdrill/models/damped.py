@@ -24,6 +24,16 @@ class Damping(NamedTuple):
     usual: float
 
     @property
+    def is_low(self) -> bool:
+        """Whether no lower ratio is usual, to the two digits that are shown."""
+        return float(f"{self.ratio:.2g}") <= LOW
+
+    @property
+    def low(self) -> float:
+        """The damping [N m s/rad] with the least ratio that is usual, with which stick-slip lasts farthest."""
+        return self.usual * LOW / USUAL
+
+    @property
     def is_usual(self) -> bool:
         """Whether the ratio is one of strings, to the two digits that are shown."""
         return LOW <= float(f"{self.ratio:.2g}") <= HIGH
@@ -34,17 +44,23 @@ def unusual_damping(
 ) -> Damping | None:
     """The damping whose ratio over the corners of a study is farthest from what is usual;
     None where it is usual everywhere, is swept or drawn, or nothing twists."""
+    found = dampings(study, corners, coefficients)
+    unusual = [one for one in found if not one.is_usual]
+    return max(unusual, key=lambda one: max(one.ratio / HIGH, 1.0 - one.ratio / LOW), default=None)
+
+
+def dampings(study: Any, corners: Sequence[Values], coefficients: Callable[[Any, Operation], Any]) -> list[Damping]:
+    """The damping at each of the corners of a study; none where it is swept or drawn, or nothing twists."""
     found = []
     for one in corners:
         value = getattr(getattr(one.parameters, "drillstring", None), "torsional_damping", None)
         modes = getattr(one.parameters, "modes", None)
         if value is None or KEY in (*study.axes, *study.drawn) or getattr(modes, "torsional", "free") == "frozen":
-            return None
+            return []
         k = coefficients(one.parameters, one.point)
         critical = 2.0 * math.sqrt(float(k.k_t) * float(k.J))
         found.append(Damping(float(value), float(value) / critical, USUAL * critical))
-    unusual = [one for one in found if not one.is_usual]
-    return max(unusual, key=lambda one: max(one.ratio / HIGH, 1.0 - one.ratio / LOW), default=None)
+    return found
 
 
 def damped(found: Damping | None, format_value: FormatValue) -> str | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from nsdrill.models import top, waves
 from nsdrill.models.aggressive import OF_ANY_KIND, aggressive, found_at, operated
+from nsdrill.models.deciding import deciding as of_study
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -32,7 +33,7 @@ from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import parts_of
 from nsdrill.models.torsion import STEEL, Drillstring, Initial, Parameters, below, rotating, turning_string
-from nsdrill.models.uncertain_onset import FRICTION, sensitive_onset
+from nsdrill.models.uncertain_onset import FRICTION, onsets_of, sensitive_onset
 from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
 
@@ -93,6 +94,11 @@ def _waves(string: Drillstring, depth: float) -> dict[str, DerivedQuantity]:
     }
 
 
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on stick-slip."""
+    return of_study(study, {"stick_slip": POORLY_KNOWN})
+
+
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """The warnings of a bit whose torque is unusual, and of its drive; None where there is
     none."""
@@ -104,7 +110,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         interrupted(turning, format_value),
         narrow(turning, format_value),
         begun_above(lasting_motions(study, corners), format_value),
-        sensitive_onset(study, corners, drilling_at, POORLY_KNOWN, format_value),
+        sensitive_onset(study, corners, onsets_of(drilling_at), POORLY_KNOWN, format_value),
     ]
     if all(corner.parameters.drive.ideal for corner in corners):
         return told

@@ -12,6 +12,7 @@ from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import find, quantity
 from nsdrill.sampling import BOUNDS
 from nsdrill.study.uncertain import FACTOR, HOW
+from nsdrill.text.assembly import IN_ASSEMBLY, assembly
 from nsdrill.words.values import Formatter, in_order
 
 DIGITS = 4
@@ -23,11 +24,13 @@ ALWAYS_SHOWN = (
     "drillstring.eccentricity",
     "bit.rock_stiffness",
 )
+OF_LOBES = ("bit.surface_amplitude", "drillstring.axial_damping")  # the same of a bit that lobes lift
 
 
-def studied(attrs: Attributes, results: Results | None, units: str) -> list[str]:
+def studied(attrs: Attributes, results: Results | None, units: str, *, composed: bool = False) -> list[str]:
     """The axes of a sweep, what is assumed of its unknowns, and the other numbers of a
-    file with these root attributes that differ from well to well or from the defaults."""
+    file with these root attributes that differ from well to well or from the defaults; ``composed`` with the parts of
+    the string in one text, as :func:`assembly` has them."""
     study = resolved_study(attrs)
     axes = {} if results is None else dict(_axes(results, units))
     uncertain = study.get("uncertain", {})
@@ -35,8 +38,10 @@ def studied(attrs: Attributes, results: Results | None, units: str) -> list[str]
     for key, values in uncertain.get("table", {}).items():
         assumed[key] = f"{quantity(key).words} from a table of {len(values)} rows"
     varied = {quantity(key).name for key in (*assumed, *axes)}
-    fixed = [text for name, text in _values(attrs, study, units) if name not in varied]
-    return [*axes.values(), *fixed, *assumed.values()]
+    string = assembly(study, units, frozenset(varied)) if composed else ""
+    within = {quantity(key).name for key in IN_ASSEMBLY} if string else set()
+    fixed = [text for name, text in _values(attrs, study, units) if name not in varied | within]
+    return [*axes.values(), *filter(None, [string]), *fixed, *assumed.values()]
 
 
 def _axes(results: Results, units: str) -> Iterator[tuple[str, str]]:
@@ -51,14 +56,18 @@ def _axes(results: Results, units: str) -> Iterator[tuple[str, str]]:
 
 def _values(attrs: Attributes, study: Resolved, units: str) -> Iterator[tuple[str, str]]:
     """The name and the words of each number or word of the study that has words."""
-    own, unread = {*own_keys(attrs), *SHORT_KEYS, "drive.kind"}, unread_keys(attrs)
+    own, unread = {*own_keys(attrs), *SHORT_KEYS, *ALWAYS_SHOWN, "drive.kind"}, unread_keys(attrs)
+    bit = study.get("bit")
+    own |= set(OF_LOBES) if isinstance(bit, dict) and bit.get("surface_amplitude") else set()
     for key, value in flat(study):
         shown = find(key)
-        if shown is None or key in unread or not (key in own or key in ALWAYS_SHOWN or key.startswith("operation.")):
+        if shown is None or key in unread or not (key in own or key.startswith("operation.")):
             continue
         if isinstance(value, str):
             yield shown.name, f"{shown.words} {value.replace('_', ' ')}"
-        elif isinstance(value, int | float) and not isinstance(value, bool):
+        elif isinstance(value, bool):
+            yield shown.name, f"{shown.words} {'on' if value else 'off'}"
+        elif isinstance(value, int | float):
             yield shown.name, f"{shown.words} {shown.text(value, units, DIGITS)}"
 
 

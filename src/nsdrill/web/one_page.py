@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
@@ -37,10 +37,11 @@ from nsdrill.analysis.trials import Change, Effort, Robust, Trials
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import results_for_window
+from nsdrill.app.answering.foreseen import deciding_in
 from nsdrill.app.answering.window_trials import tried
-from nsdrill.app.experiment import leaves_a_surface
 from nsdrill.app.running.stages import Watch
 from nsdrill.data import (
+    DAMPING_RATIOS,
     ENDS_EARLY,
     Answer,
     Array,
@@ -55,12 +56,14 @@ from nsdrill.data import (
 from nsdrill.errors import InputError, Refusal, count
 from nsdrill.figures import draw, svg
 from nsdrill.figures.look import Look
+from nsdrill.models.damped import KEY as DAMPING_KEY
 from nsdrill.models.registry import model_in, responses_in
 from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.records import dataclass
 from nsdrill.study.write import changes
-from nsdrill.text.studied import ALWAYS_SHOWN, studied
+from nsdrill.text.assembly import IN_ASSEMBLY, STRING
+from nsdrill.text.studied import ALWAYS_SHOWN, OF_LOBES, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
 from nsdrill.web.shown import plain, value_at
@@ -74,6 +77,7 @@ from nsdrill.words.answer import (
     warnings,
     would_help,
 )
+from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.labels import quantity, written
 from nsdrill.words.orders import MOST, NOT_FREE, Orders
 from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, corner_words, ways_words
@@ -85,16 +89,11 @@ OF_A_RIG = ("Well", "Rig")  # fields that what does not drill leaves out where t
 CONFIRM = "TO CONFIRM, {}"  # a heading, with what the setting is not for
 MAX_ROWS = 9  # of the table of limits
 SAME = 1e-9  # by how much, relatively, equal values of an axis differ
+CHANGED = " (changed for this run)"
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
 SWITCHED = ("soft_torque", "equal_damping", "z_torque", "lqr")  # kinds of control that a driller turns on and off
 NO_WORDS_OF_A_RIG = ("drive kind ideal",)  # a drive that holds its speed, as rigs assume
 LIMITS = "Computed by nsdrill, not validated against {}.{} Points between those of the map were not run."
-DECISIVE = {  # for a response
-    "whirl": "eccentricity, added mass of the mud",
-    "stick_slip": "torsional damping, bit friction",
-    "bit_bounce": "rock stiffness",
-}
-DECISIVE_ON_SURFACE = {**DECISIVE, "stick_slip": "the strength of the rock", "bit_bounce": "wear"}
 # Where what differs is not a kind of drive: sections of a study that do not set two strings apart.
 NO_NAMES = ("sweep", "simulation", "record", "units", "title", "check", "initial", "output")
 
@@ -217,10 +216,11 @@ def one_page(
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
     switched = _switched(sheets, names)
     above += [*names, *([switched] if switched else [])]  # headings of orders, and what stands below them
+    head = _studied(sheets, names)
     scale, room = _scale(
         paper,
         [one.columns for one in given],
-        small,
+        [*small, head[MAX_STUDIED:]],
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_notes(sheets, names)],
     )
@@ -238,7 +238,7 @@ def one_page(
     filled = {name: value for name, value in fields.items() if value or first.drills or name not in OF_A_RIG}
     body = [
         f"<main class='s{scale}'><header><div><h1>{escaped(first.title)}</h1>",
-        f"<p>{escaped(_studied(sheets, names))}</p></div><p>operating limits{of_what}</p></header>",
+        f"<p>{escaped(head)}</p></div><p>operating limits{of_what}</p></header>",
         "<div class='fields'>",
         *(f"<div><b>{escaped(name)}</b> {escaped(value)}</div>" for name, value in filled.items()),
         f"</div><div class='answer {'yes' if is_setting else 'no'}'>{whose}",
@@ -420,8 +420,7 @@ def _names(sheets: Sequence[Sheet], labels: Sequence[str] | None) -> list[str]:
 
 def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
     """What was run, in common."""
-    first, *others = (studied(one.results.attrs, one.results, one.units) for one in sheets)
-    common = [text for text in first if all(text in other for other in others)]
+    common = _common(sheets)
     common = [text for text in common if text not in NO_WORDS_OF_A_RIG]
     names_first, changed = _named_first(), _changed(sheets)
     order = (*names_first, *changed)
@@ -430,17 +429,59 @@ def _studied(sheets: Sequence[Sheet], names: Sequence[str]) -> str:
     for text in common:
         if len("; ".join([*shown, text])) > MAX_STUDIED and not text.startswith((*names_first, *changed)):
             break
-        shown.append(f"{text} (changed for this run)" if text.startswith(changed) else text)
-    rest = f"; {count(len(common) - len(shown), 'other number')} as in the study" if len(common) > len(shown) else ""
+        ratio = _ratio(sheets[0]) if text.startswith(_words_of_key(DAMPING_KEY)) else ""
+        shown.append(f"{text}{ratio}{CHANGED}" if text.startswith(changed) else f"{text}{ratio}")
+    left = len(common) - len(shown)
+    shown += _changed_without_words(sheets, common)
+    rest = f"; {count(left, 'other number')} as in the study" if left else ""
     which = f" {names[0][:1].upper()}{names[0][1:]}." if len(sheets) > 1 or names[0] != sheets[0].title else ""
     return f"{'; '.join(shown)}{rest}.{which}"
+
+
+def _ratio(one: Sheet) -> str:
+    """The damping ratio, by which an engineer judges the damping of torsion: `` (ratio 0.039)``."""
+    ends = dict.fromkeys(f"{ratio:.2g}" for ratio in one.window[DAMPING_RATIOS])
+    return f" (ratio {' to '.join(ends)})" if ends else ""
+
+
+def _common(sheets: Sequence[Sheet]) -> list[str]:
+    """What of all files was the same: the parts of the string together, where they are."""
+    found = [
+        [studied(one.results.attrs, one.results, one.units, composed=yes) for one in sheets] for yes in (True, False)
+    ]
+    whole = [[text for text in texts[0] if all(text in other for other in texts[1:])] for texts in found]
+    return whole[0] if any(text.startswith(f"{STRING} ") for text in whole[0]) else whole[1]
+
+
+def _changed_without_words(sheets: Sequence[Sheet], told: Sequence[str]) -> list[str]:
+    """What was changed for the runs, in all files alike, and is not ``told``: a key that has no words, as it is."""
+    first, *others = (overrides(one.results.attrs) for one in sheets)
+    found = {key: value for key, value in first.items() if all(other.get(key) == value for other in others)}
+    left = [key for key in found if key.partition(".")[0] not in NO_NAMES and not any(map(_is_of(key), told))]
+    return [f"{_words_of_key(key)} {found[key]}{CHANGED}" for key in left]
+
+
+def _is_of(key: str) -> Callable[[str], bool]:
+    """Whether a text of what was studied is of the number with this ``key``."""
+    return lambda text: text.startswith(_words_of_change(key))
+
+
+def _words_of_key(key: str) -> str:
+    found = find(key)
+    return plain(found.words) if found is not None else key.replace(".", " ").replace("_", " ")
+
+
+def _words_of_change(key: str) -> tuple[str, ...]:
+    """With which words what was studied begins of the number with this ``key``: alone, or with the string."""
+    of_string = key in IN_ASSEMBLY or key.startswith("drillstring.sections")
+    return (_words_of_key(key), *([f"{STRING} "] if of_string else []))
 
 
 def _changed(sheets: Sequence[Sheet]) -> tuple[str, ...]:
     """The words of the numbers that were changed for the runs, by which one page of a well differs from another: they
     are never cut. How a map was swept and run stands there in any case."""
     keys = [key for one in sheets for key in overrides(one.results.attrs) if key.partition(".")[0] not in NO_NAMES]
-    return tuple(found.words for key in dict.fromkeys(keys) if (found := find(key)))
+    return tuple(words for key in dict.fromkeys(keys) for words in _words_of_change(key))
 
 
 def _named_first() -> tuple[str, ...]:
@@ -448,17 +489,22 @@ def _named_first() -> tuple[str, ...]:
     keys = (
         "depth",
         "wob",
+        "rotary_speed",
         "well.diameter",
         "bit.lobes",
         "bit.rock.blades",
         "bit.rock.law",
+        "bit.surface_amplitude",
         "well.inclination",
+        "mud.density",
+        "mud.added_mass",
         "drive.kind",
         "drillstring.collar.span",
         "modes.lateral",
         *ALWAYS_SHOWN,
+        *OF_LOBES,
     )
-    return tuple(found.words for key in keys if (found := find(key)) is not None)
+    return (*(found.words for key in keys if (found := find(key)) is not None), f"{STRING} ")
 
 
 def _list(style: str, heading: str, texts: Sequence[str], after: int = 0) -> str:
@@ -977,10 +1023,8 @@ def _rest(told: Sequence[str], one: Sheet) -> str:
     out."""
     left = len(told) - shown_first(told)
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
-    by_response = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
-    decisive = ", ".join(words for name, words in by_response.items() if name in one.responses)
-    head, _, last = decisive.rpartition(", ")
-    estimates = f" Estimates of {f'{head} and {last}' if head else last} decide." if decisive else ""
+    decide = deciding_words(deciding_in(one.results.attrs), one.responses)
+    estimates = f" {decide}" if decide else ""
     against = "field data" if one.drills else "measurements"
     unseen = "".join(f" {text}" for text in _of_model(one))
     limits = LIMITS.format(against, estimates)

@@ -17,6 +17,7 @@ from nsdrill.app.answering.answers import (
     with_lasting_motions,
     with_samples_counted,
 )
+from nsdrill.app.answering.foreseen import deciding_in
 from nsdrill.app.experiment import leaves_a_surface, own_keys, study_of
 from nsdrill.data import Answer, Attributes, Results, edited_words
 from nsdrill.errors import InputError, NsdrillError, count
@@ -24,7 +25,7 @@ from nsdrill.figures import draw, svg
 from nsdrill.figures.kinds.window_map import draw_two
 from nsdrill.figures.look import Look
 from nsdrill.models.choices import as_value, words_along
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import model_in, responses_in
 from nsdrill.text.contrast_text import difference, notes, sentence, side_by_side, tables, thresholds
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
@@ -37,6 +38,7 @@ from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 from nsdrill.words import trial_words
 from nsdrill.words.answer import chosen_map, is_hint, limit, shown_first, warnings, words_of, would_help
+from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.labels import quantity, way_word
 from nsdrill.words.values import Formatter, drilling, in_order, percent
 
@@ -53,18 +55,13 @@ _OF_THE_RATE = (
 )
 _LIMITS = (
     "Not validated against field data: use this to compare, to understand and to ask, not as settings. {rate} "
-    "The hole is straight; motors, reamers, jars{without} are left out, and estimates of {decisive} change the "
-    "answer. Points between those of the map were not run; nothing is known beyond its edge."
+    "The hole is straight; motors, reamers, jars{without} are left out. Points between those of the map were not run; "
+    "nothing is known beyond its edge."
 )
-LIMITS = _LIMITS.format(
-    rate=_OF_THE_RATE,
-    without=", changes of formation and the surface that the bit cut before",
-    decisive="eccentricity, added mass of the mud, bit friction and rock stiffness",
-)
+LIMITS = _LIMITS.format(rate=_OF_THE_RATE, without=", changes of formation and the surface that the bit cut before")
 LIMITS_ON_SURFACE = _LIMITS.format(
     rate="The rate of penetration and the torque follow from the strength of the rock and the wear of the bit.",
     without=" and changes of formation",
-    decisive="the strength of the rock, of wear and of eccentricity",
 )
 LIMITS_OF_ANY = (
     "Nothing here says how well the model describes what it stands for. Points between those of the map were not run; "
@@ -76,7 +73,8 @@ def limits_of(attrs: Attributes) -> str:
     """The limits of validity of a file with these root attributes."""
     if not model_in(attrs).drills:
         return LIMITS_OF_ANY
-    return LIMITS_ON_SURFACE if leaves_a_surface(attrs) else LIMITS
+    limits = LIMITS_ON_SURFACE if leaves_a_surface(attrs) else LIMITS
+    return " ".join(filter(None, (limits, deciding_words(deciding_in(attrs), responses_in(attrs)))))
 
 
 def studied_line(sessions: Sequence[Session]) -> str:

@@ -415,11 +415,12 @@ def of_lumped(summary: Answer, units: str) -> Iterator[str]:
 
 
 def of_drag(summary: Answer) -> Iterator[str]:
-    """That the string of an inclined hole rubs nowhere along it."""
+    """That the string of an inclined hole rubs nowhere along it, or its collar alone does."""
     if summary["drag_left_out"]:
         weights = "weights hold at the bit, where less comes than is slacked off, and " * bool(summary["answer"].point)
+        what = "NO DRAG OF THE STRING ABOVE THE COLLAR" if summary["rubs_at_collar"] else "NO DRAG ALONG THE HOLE"
         yield (
-            f"NO DRAG ALONG THE HOLE is in the model, though the hole is inclined: {weights}the torque at the surface "
+            f"{what} is in the model, though the hole is inclined: {weights}the torque at the surface "
             "is more by what rubs there."
         )
 
@@ -427,6 +428,11 @@ def of_drag(summary: Answer) -> Iterator[str]:
 def _of_low_side(summary: Answer) -> Iterator[str]:
     """That the weight of the collar holds it on the wall."""
     told = summary["wall_off_bottom"]
+    if told is not None and told["low_side"] is None and summary["wall_estimated"]:
+        yield (
+            "THE SPEEDS OF THE WALL ARE AN ESTIMATE: in an inclined hole the collar sags, and its stabilisers have "
+            "clearance or the mud rotates. At which speeds off bottom it reaches the wall is then known roughly."
+        )
     if told is not None and told["low_side"] is not None:
         part = ", in a part of the study" if told["low_side"] == "part" else ""
         yield (

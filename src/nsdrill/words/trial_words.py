@@ -24,6 +24,7 @@ from nsdrill.analysis.trials import (
     free_from,
 )
 from nsdrill.errors import count
+from nsdrill.models.damped import LOW
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si
@@ -104,9 +105,10 @@ def best_words(found: Trials | None, along: str, fmt: Formatter, *, brief: bool 
 def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, brief: bool = False) -> str:
     """What a ``change`` frees, and at which weight alone it was tried, or that it was not where others were; "" where
     it frees nothing. In ``brief`` without what it takes, and why it is poor."""
+    wob, poor = _weight_of(change, found), _poor(change)
+    change = (change.less_with_low if brief else None) or change
     if change.widest is None:
         return ""
-    wob = _weight_of(change, found)
     where = f" at {fmt.value('wob', wob)}" if wob is not None and change.name != "weight" else ""
     where += ", untried elsewhere" if where and change.key and len(found.wobs) < 2 else ""
     tried = any(one.trials for each in found.changes for one in each.every)
@@ -121,12 +123,14 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
         bool(change.trials)
         and change.jump is None
         and change.holds_usual is not False
+        and (change.low is None or change.low.has_room)
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
     does = f"{'would' if is_sure else 'may'} free {free}"
-    if brief:
-        return f"{change.words} {does}{' (poor)' if _poor(change) else ''}"
-    return f"{change.words}, {_effort(change)}, {does}{_poor(change)}"
+    if brief:  # what holds with either damping
+        return f"{change.words} {does}{' (poor)' if poor else ''}"
+    effort = "" if change.name == OTHER_BIT else f", {change.effort.words},"
+    return f"{change.words}{effort} {does}{_with_damping(change, along, fmt)}{poor}"
 
 
 def changed_part(found: Trials | None) -> str:
@@ -137,9 +141,23 @@ def changed_part(found: Trials | None) -> str:
     return {"drive": "drive", "weight": "weight", OTHER_BIT: "bit"}.get(best.name, "string")
 
 
-def _effort(change: Change) -> str:
-    """What a ``change`` takes; of another bit what the study does not know of it."""
-    return "with the friction of the study" if change.name == OTHER_BIT else change.effort.words
+def _with_damping(change: Change, along: str, fmt: Formatter) -> str:
+    """On which damping ratio a ``change`` rests, and what it frees with the least that is usual where that is less."""
+    if change.ratio is None:
+        return ""
+    rests = f"damping ratio {change.ratio:.2g}"
+    if (less := change.less_with_low) is not None:
+        return f" ({rests}; with {LOW:g} only {_range_of(less, change, along, fmt)})"
+    if change.low is not None and not change.low.has_room:
+        return f" ({rests}; nothing with {LOW:g})"
+    return f" ({rests}{f', the same with {LOW:g}' if change.low is not None else ''})"
+
+
+def _range_of(less: Change, change: Change, along: str, fmt: Formatter) -> str:
+    """What is left of a ``change``: the speeds, and the weights where they are others."""
+    assert less.widest is not None
+    at = f" at {fmt.range_inwards('wob', *less.weights)}" if less.weights and less.weights != change.weights else ""
+    return f"{fmt.range_inwards(along, *less.widest)}{at}"
 
 
 def _poor(change: Change) -> str:
@@ -326,8 +344,8 @@ def _by_trials(change: Change, whole: Change, along: str, fmt: Formatter) -> str
         return "; by trials no room"
     ends = f"{fmt.range_inwards(along, *change.widest)}, {fmt.range_inwards('wob', *change.weights)}"
     poor = f"poor ({', '.join(change.why_poor)})"
-    grade = f"{poor if change.why_poor else change.promised.name.lower()}, {_effort(change)}"
-    return f"; by trials {ends}, {_room(change, along)}: {grade}"
+    grade = f"{poor if change.why_poor else change.promised.name.lower()}, {change.effort.words}"
+    return f"; by trials {ends}{_with_damping(change, along, fmt)}, {_room(change, along)}: {grade}"
 
 
 def _room(change: Change, along: str) -> str:

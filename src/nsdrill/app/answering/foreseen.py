@@ -13,6 +13,8 @@ from nsdrill.analysis.graded import SLACK
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_lasts
 from nsdrill.app.check import (
     ShortObservation,
+    dampings_of_torsion,
+    deciding_numbers,
     few_states,
     lasting_motions,
     left_out,
@@ -29,6 +31,8 @@ from nsdrill.app.experiment import with_samples
 from nsdrill.app.usual import far_from_usual
 from nsdrill.data import (
     DAMPING,
+    DAMPING_RATIOS,
+    DECIDING,
     FEW,
     LASTING_MOTIONS,
     LASTING_UNTOLD,
@@ -45,12 +49,16 @@ from nsdrill.data import (
     WALL_OFF_BOTTOM,
     WITHIN,
     Answer,
+    Attributes,
+    Resolved,
     Results,
     json_text,
     resolved_study,
 )
 from nsdrill.errors import NsdrillError
+from nsdrill.study.load import default_study
 from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.study.write import value_text
 from nsdrill.variables import dimension_of
 
 
@@ -65,6 +73,8 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     uncut: dict[str, list[str]] = {}
     few: dict[str, list[str]] = {}
     damping: Answer | None = None
+    ratios: list[float] = []
+    decisive: Answer = {}
     of_string: list[dict[str, float]] = []
     wall: Answer | None = None
     beyond: Answer = {}
@@ -85,6 +95,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
+            ratios, decisive = damping_ratios(part), _deciding(part)
             of_string = string_by_depth(part)
             lumped = lumped_string(part)
             wall = wall_off_bottom(part)
@@ -100,6 +111,8 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         UNUSUAL_NUMBERS: unusual,
         LEFT_OUT: json_text(beyond),
         DAMPING: json_text(damping),
+        DAMPING_RATIOS: json_text(ratios),
+        DECIDING: json_text(decisive),
         STRING_BY_DEPTH: json_text(of_string),
         LUMPED_STRING: json_text(lumped),
         WALL_OFF_BOTTOM: json_text(wall),
@@ -111,6 +124,36 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         FEW: json_text(few),
     }
     return found, driven
+
+
+def damping_ratios(study: Study) -> list[float]:
+    """The least and the greatest damping ratio of torsion of a ``study``; none where it has none, or many."""
+    found = [one.ratio for one in dampings_of_torsion(study)]
+    return [min(found), max(found)] if found else []
+
+
+def deciding_in(attrs: Attributes) -> Answer:
+    """The numbers that decide, of a file with these root attributes; none of one without a study of this version."""
+    with suppress(NsdrillError):
+        return _deciding(study_from_resolved(resolved_study(attrs)))
+    return {}
+
+
+def _deciding(study: Study) -> Answer:
+    """The numbers that no sheet has and that act on each response of a ``study``, by key: those that are ``given`` and
+    those that are as by ``default``, which are of no well."""
+    default = default_study(study.model.name).resolved
+    return {
+        name: {
+            "given": [key for key in keys if not _is_default(study, default, key)],
+            "default": [key for key in keys if _is_default(study, default, key)],
+        }
+        for name, keys in deciding_numbers(study).items()
+    }
+
+
+def _is_default(study: Study, default: Resolved, key: str) -> bool:
+    return value_text(study.resolved, key) == value_text(default, key)
 
 
 def _where_drilled(study: Study, results: Results) -> Study:

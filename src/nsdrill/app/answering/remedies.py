@@ -15,17 +15,20 @@ from nsdrill.analysis.sticking import sticks_past
 from nsdrill.analysis.trials import HOLDS_WEIGHT, OTHER_BIT, PONY_SPAN, Change, deepest, narrowed
 from nsdrill.analysis.untried import jumps_of, stretches_run
 from nsdrill.app.answering.answers import drilled_within, with_lasting_motions
-from nsdrill.app.check import damping_of_torsion, lasting_motions
+from nsdrill.app.check import damping_of_torsion, dampings_of_torsion, lasting_motions
 from nsdrill.app.experiment import prepare
 from nsdrill.app.running.price import cost_of_second
 from nsdrill.app.running.run import run_in_memory
 from nsdrill.app.simulating.motions import Motions
 from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import NsdrillError, count
-from nsdrill.models.damped import KEY, USUAL
+from nsdrill.models.aggressive import ROLLER_CONE, usual_of
+from nsdrill.models.damped import KEY, LOW, USUAL
+from nsdrill.models.friction import LAWS
 from nsdrill.quantity import quantity
 from nsdrill.records import dataclass
 from nsdrill.study import parse_study
+from nsdrill.study.load import default_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
 from nsdrill.units import format_quantity, from_si, to_si
@@ -42,6 +45,7 @@ JOINTS = {"ft": (30.0, 15.0), "m": (9.5, 3.0)}  # of a drill collar, and of a po
 WITH_PONY = " with pony collars"
 STIFF = ("ideal", "stiff", "pi")  # kinds of drive that hold the speed
 SPAN, COLLAR = "drillstring.collar.span", "drillstring.collar.outer_diameter"
+COUNT, FRICTION, COEFFICIENTS = "bit.lobes", "bit.friction", ("static", "dynamic")
 LOBES, ECCENTRICITY, DRIVE = "bit.surface_amplitude", "drillstring.eccentricity", "drive.kind"
 
 
@@ -96,7 +100,7 @@ class Changed:
             shown_text = quantity(ECCENTRICITY).text(straight, "field", 2) if is_field else text
             yield Change("eccentricity", ECCENTRICITY, text, f"collars straight to {shown_text}")
         if now(LOBES) > 0.0:
-            yield Change(OTHER_BIT, LOBES, "0 m", "a bit without lobes")
+            yield from _other_bit(self.motions.at(self.values), resolved)
 
     def run(self, change: Change) -> Change:
         """The ``change`` with where it is free from below, and how much room it has, at each of its weights. A value
@@ -167,24 +171,52 @@ class Changed:
         damping = damping_of_torsion(study)
         if damping is None or damping.ratio < USUAL or change.widest is None:
             return change
-        resolved = self.motions.resolved(self._at(change))
-        section, name = KEY.split(".")
-        resolved[section] |= {name: damping.usual}
-        motions = Motions(prepare(parse_study(study_text(resolved), "the study")))
-        usual = replace(self, motions=motions, values=self._at(change), weights=())
+        usual = self._damped(change, damping.usual)
         ran = usual.run(change)
         if ran.room is None:
             return replace(change, why=f"with a usual damping of torsion not known: {ran.why}")
+        less = usual._less(change, ran, " with a usual damping of torsion")
+        return replace(change, holds_usual=False) if less is None else replace(less, holds_usual=True)
+
+    def with_low_damping(self, change: Change) -> Change:
+        """The ``change`` with its damping ratio and, where that is not the least that is usual, what is left with that:
+        stick-slip then lasts farthest."""
+        found = dampings_of_torsion(self.study_of(change))
+        if not found or change.widest is None:
+            return change
+        damping = max(found, key=lambda one: one.ratio)
+        change = replace(change, ratio=damping.ratio)
+        if damping.is_low or not change.has_room:
+            return change
+        with_low = self._damped(change, damping.low)
+        ran = with_low.run(change)
+        if ran.room is None:
+            how = f"with a damping ratio of {LOW:g} not known: {ran.why}"
+            return replace(change, why="; ".join(filter(None, (change.why, how))))
+        less = with_low._less(change, ran, f" with a damping ratio of {LOW:g}")
+        return replace(change, low=replace(less or replace(change, room=0.0), low=None))
+
+    def _damped(self, change: Change, damping: float) -> Changed:
+        """These at the point of a ``change``, with another ``damping`` of torsion [N m s/rad]."""
+        resolved = self.motions.resolved(self._at(change))
+        section, name = KEY.split(".")
+        resolved[section] |= {name: damping}
+        motions = Motions(prepare(parse_study(study_text(resolved), "the study")))
+        return replace(self, motions=motions, values=self._at(change), weights=())
+
+    def _less(self, change: Change, ran: Change, how: str) -> Change | None:
+        """What a ``change`` allows as well as these motions have it, of which it ``ran`` at its own weight, at each of
+        the weights to which it is held; None where that leaves no room. ``how`` is what sets these apart."""
+        assert change.widest is not None
         low, high = change.widest
         both = [narrowed(change, max(low, first), min(high, last)) for first, last in ran.free]
         less = max(map(deepest, both), key=lambda one: one.room or 0.0, default=None)
         if less is None or not less.has_room:
-            return replace(change, holds_usual=False)
-        less = replace(less, holds_usual=True)
+            return None
         if change.weights is None:
             return less
         wob = self.point(change)[1]["wob"]
-        return usual._held_at(less, wob, sorted({*change.weights} - {wob}), " with a usual damping of torsion")
+        return self._held_at(less, wob, sorted({*change.weights} - {wob}), how)
 
     def study_of(self, change: Change, wobs: Sequence[float] = ()) -> Study:
         """The study of a change: its way up over the speeds of the file, finer where steps may jump across speeds at
@@ -239,7 +271,8 @@ class Changed:
         return {**self.values, **wob, **more}
 
     def _parsed(self, resolved: Resolved, change: Change) -> Study:
-        return parse_study(study_text(resolved), "the study", [f"{change.key}={change.value}"] if change.key else [])
+        keys = ((change.key, change.value), *change.also) if change.key else ()
+        return parse_study(study_text(resolved), "the study", [f"{key}={value}" for key, value in keys])
 
     def point(self, change: Change) -> tuple[Motions, dict[str, float]]:
         """The motions of the string with a ``change``, and the values of its operating point: at
@@ -247,6 +280,33 @@ class Changed:
         assert change.speed is not None
         study = self._parsed(self.motions.resolved(self._at(change, rotary_speed=change.speed)), change)
         return Motions(prepare(study)), {name: float(value) for name, value in vars(study.operation).items()}
+
+
+def _other_bit(study: Study, resolved: Resolved) -> Iterator[Change]:
+    """The bit without lobes: of a roller cone a PDC bit, with all that comes with that. None where the friction of a
+    PDC bit cannot stand in the study, as where a torque was measured of its own bit."""
+    if usual_of(study.parameters.bit) is not ROLLER_CONE:
+        friction = _friction_words(resolved["bit"]["friction"])
+        words = f"a bit without lobes{f' (friction {friction}, as now)' if friction else ''}"
+        yield Change(OTHER_BIT, LOBES, "0 m", words)
+        return
+    usual, own = (one["bit"]["friction"] for one in (default_study(study.model.name).resolved, resolved))
+    if not _friction_words(usual) or not _friction_words(own) or COUNT not in study.keys.leaves:
+        return
+    also = ((f"{FRICTION}.{name}", f"{usual[name]:g}") for name in COEFFICIENTS)
+    words = f"a PDC bit without lobes (friction {_friction_words(usual)})"
+    yield Change(OTHER_BIT, LOBES, "0 m", words, also=((COUNT, "1"), *also))
+
+
+def _friction_words(friction: Resolved) -> str:
+    """The coefficients of a bit at rest and at speed: ``0.5/0.2``; "" of one whose friction is another."""
+    if any(friction.get(name) is not None for name in ("static_torque", "dynamic_torque")):
+        return ""
+    law = LAWS.get(str(friction.get("law")))
+    if law is None or "static" not in law.keys:
+        return ""
+    found = [friction.get(name) for name in COEFFICIENTS]
+    return "/".join(f"{one:g}" for one in found if isinstance(one, float)) if None not in found else ""
 
 
 def closer(span: float, unit: str) -> dict[str, str]:

@@ -207,8 +207,10 @@ def _tried_change(change: Change, changed: Changed, speeds: Array, workers: int,
     change = changed.with_usual_damping(changed.held_in_weight(change))
     for left in reversed(range(MOST_SETTINGS)):
         tried = _tried_at(change, changed, speeds, workers, told)
-        if tried is None or (tried.has_room and tried.is_sound):
-            return tried
+        if tried is None:
+            return None
+        if tried.has_room and tried.is_sound:
+            return changed.with_low_damping(tried)
         moved = deepest(tried) if tried.is_sound else _beside(tried)
         if not moved.has_room:
             return tried

@@ -23,6 +23,7 @@ from nsdrill.models.christoforou_yigit.bouncing import Bounce
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.critical_speeds import Corner, begun_by_speed, passed_over
+from nsdrill.models.christoforou_yigit.sensitive import deciding as deciding
 from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.unusual import (
     added_mass_of_hole,

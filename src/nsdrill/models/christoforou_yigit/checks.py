@@ -37,6 +37,7 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     wall_inclination,
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters
+from nsdrill.models.christoforou_yigit.sensitive import deciding as deciding
 from nsdrill.models.christoforou_yigit.sensitive import sensitive
 from nsdrill.models.christoforou_yigit.table import drilling_at, moving_string
 from nsdrill.models.christoforou_yigit.unusual import (

@@ -14,6 +14,8 @@ from nsdrill.models.christoforou_yigit.further_quantities import pipe_tube
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.table import drilling_at
 from nsdrill.models.christoforou_yigit.unusual import ADDED_MASS, RESONANCE_WIDTH
+from nsdrill.models.deciding import deciding as of_study
+from nsdrill.models.deciding import of_surface
 from nsdrill.models.numbers import FormatValue
 from nsdrill.models.operation import Operation
 from nsdrill.models.tree import with_values
@@ -23,6 +25,7 @@ LEAST_SHIFT = 0.1  # of a critical speed within the sweep
 LEAST_SHARE = 0.25  # of the sweep's speeds that become critical, or no longer are
 AMPLITUDE, SWIRL = "bit.surface_amplitude", "mud.swirl"
 DAMPING, AXIAL_DAMPING = "drillstring.torsional_damping", "drillstring.axial_damping"
+CLEARANCE = "stabilizer.clearance"
 SWIRLING = 0.5  # of the rotary speed: mud that rotates with the string, not with the wall (J)
 WHIRL, STICKING, BOUNCE = ("wall_speed",), ("stick_slip_onset",), ("bounce_speed",)
 ROCK, ALL = ("lobe_resonance", *BOUNCE), tuple(CRITICAL_SPEEDS)
@@ -31,6 +34,7 @@ POORLY_KNOWN = {  # and the critical speeds that each affects
     ADDED_MASS: WHIRL,
     "mud.drag": WHIRL,
     SWIRL: WHIRL,
+    CLEARANCE: WHIRL,
     DAMPING: STICKING,
     "bit.friction.static": ALL,
     "bit.friction.dynamic": ALL,
@@ -41,6 +45,34 @@ POORLY_KNOWN = {  # and the critical speeds that each affects
     AMPLITUDE: BOUNCE,
     AXIAL_DAMPING: BOUNCE,
 }
+
+
+OF_RESPONSES = {"whirl": WHIRL, "stick_slip": STICKING, "bit_bounce": ROCK}  # the critical speeds of each
+
+
+def deciding(study: Any) -> dict[str, list[str]]:
+    """Which poorly known numbers act on each response; none on bit-bounce where nothing lifts the bit."""
+    parameters = study.parameters
+    bit, rock = parameters.bit, getattr(parameters.bit, "rock", None)
+    modes = getattr(parameters, "modes", None)  # none of a beam, whose motions are all free
+    free = {
+        name: getattr(modes, mode, "free")
+        for name, mode in zip(OF_RESPONSES, ("lateral", "torsional", "axial"), strict=True)
+    }
+    cuts = rock is not None and rock.regenerative
+    has_lobes = bit.surface_amplitude != 0.0 or AMPLITUDE in (*study.axes, *study.drawn)
+    # the wall that holds a collar along the hole lifts a bit without lobes
+    is_lifted = cuts or has_lobes or getattr(parameters.well, "axial_friction", False)
+    found: dict[str, list[str]] = {}
+    for name, speeds in OF_RESPONSES.items():
+        if free[name] != "free" or (name == "bit_bounce" and not is_lifted):
+            continue
+        own = [key for key, affected in POORLY_KNOWN.items() if set(affected) & set(speeds)]
+        if name == "stick_slip" and has_lobes and not cuts:  # lobes shake the bit out of it
+            own += [AMPLITUDE, AXIAL_DAMPING]
+        of_bit = of_surface("bit.rock") if cuts and name != "whirl" else ()
+        found[name] = [*(key for key in own if not (of_bit and key.startswith("bit."))), *of_bit]
+    return of_study(study, found)
 
 
 @dataclass(frozen=True)
@@ -138,11 +170,23 @@ def _others(key: str, parameters: Parameters, operation: Operation, format_value
     special: dict[str, Callable[[], dict[str, Any]]] = {
         ADDED_MASS: lambda: {f"{key} {float(added_mass_in_hole(parameters)):.3g} (clearance)": "clearance"},
         SWIRL: lambda: {f"{key} {value:g}": value for value in (0.0, SWIRLING)},
+        CLEARANCE: lambda: _clearances(parameters),
         AXIAL_DAMPING: lambda: _radiated(key, parameters, operation, format_value),
     }
     if key in special:
         return special[key]()
     return {} if nominal is None else {f"half {key}": 0.5 * nominal, f"twice {key}": 2.0 * nominal}
+
+
+def _clearances(parameters: Parameters) -> dict[str, Any]:
+    """Half and twice the clearance of the stabilisers, where that is less than the gap of the collar; of hinges
+    without clearance none."""
+    nominal = parameters.stabilizer.clearance
+    if not nominal:
+        return {}
+    gap = 0.5 * float(parameters.well.diameter - parameters.drillstring.collar.outer_diameter)
+    others = {f"half {CLEARANCE}": 0.5 * nominal, f"twice {CLEARANCE}": 2.0 * nominal}
+    return {told: value for told, value in others.items() if value < gap}
 
 
 def _radiated(key: str, parameters: Parameters, operation: Operation, format_value: FormatValue) -> dict[str, Any]:

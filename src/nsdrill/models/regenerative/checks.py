@@ -12,6 +12,8 @@ import numpy as np
 from nsdrill.models import cutting
 from nsdrill.models.aggressive import PDC, Found, aggressive, operated
 from nsdrill.models.cutting import Cutting
+from nsdrill.models.deciding import deciding as of_study
+from nsdrill.models.deciding import of_surface
 from nsdrill.models.drilling import Drilling, drillings, drooping, overloaded, resting, stalling, swinging
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Numeric, Operation, Values
@@ -20,6 +22,7 @@ from nsdrill.models.regenerative.parameters import Initial, Parameters
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.top import limit_of, unlimited
+from nsdrill.models.uncertain_onset import sensitive_onset
 from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
 
@@ -83,6 +86,12 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[tuple[float, None] | No
     return [cutting.stick_slip_lasts(cutting_at(*one), drilling_at(*one).string) for one in given]
 
 
+def _onsets(strings: Sequence[Parameters], at: Operation) -> list[float | None]:
+    """The speeds [rad/s] below which steady drilling is unstable, of many strings."""
+    found = stick_slip_lasts([Values(one, Initial(), (at.depth, at.wob, at.rotary_speed)) for one in strings])
+    return [None if one is None else one[0] for one in found]
+
+
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
     bit, drilling = cutting_at(parameters, operation), drilling_at(parameters, operation)
@@ -93,6 +102,13 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     }
     quantities |= cutting.without_fall(drilling.quantities(fold=False))
     return quantities | drives.below(parameters, operation.depth).quantities(drilling, operation.rotary_speed)
+
+
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on each response."""
+    of_bit = of_surface("bit")
+    axial = (*of_bit, "drillstring.axial_damping")
+    return of_study(study, {"stick_slip": (*axial, "drillstring.torsional_damping"), "bit_bounce": axial})
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
@@ -108,6 +124,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         stalling(found, format_value),
         aggressive(Found(PDC, here), [Found(PDC, one) for _, one in found], format_value, BY_CUTTING),
         swinging(study, found, format_value) if any(not one.parameters.drive.ideal for one in corners) else None,
+        sensitive_onset(study, corners, _onsets, deciding(study).get("stick_slip", ()), format_value),
         _constant_feed(corners),
     ]
 

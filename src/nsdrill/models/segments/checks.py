@@ -16,6 +16,8 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.models import cutting, drive_laws, friction, steady, surface, waves
 from nsdrill.models.aggressive import BY_CUTTING, BY_FRICTION, Found, aggressive, found_at, operated, usual_of
+from nsdrill.models.deciding import deciding as of_study
+from nsdrill.models.deciding import of_surface
 from nsdrill.models.drilling import (
     Drilling,
     Limits,
@@ -61,11 +63,21 @@ from nsdrill.models.segments.string import (
     string_of,
 )
 from nsdrill.models.tree import lane_values, with_values
+from nsdrill.models.uncertain_onset import sensitive_onset
 from nsdrill.models.variant import variant_at
 from nsdrill.ranges import computed, meanings_of
 from nsdrill.records import dataclass
 
 FRICTION = "bit.friction.level and hump"
+OF_FRICTION = tuple(f"bit.friction.{name}" for name in ("level", "hump", "narrowing", "viscous"))
+OF_TORSION = ("segments.material_damping.torsional", "mud.viscosity")
+ON_ROCK = (
+    "bit.surface_amplitude",
+    "bit.rock_stiffness",
+    "segments.rock_damping",
+    "segments.material_damping.axial",
+    "segments.top.damping",
+)
 MODES = 3  # modes of string and drive among the derived quantities
 WAVES = 4  # standing waves in the chart of the drives
 
@@ -252,6 +264,15 @@ def _waves(parameters: Parameters, depth: float) -> dict[str, DerivedQuantity]:
     }
 
 
+def deciding(study: Any) -> dict[str, list[str]]:
+    """The numbers that no sheet has and that act on each response."""
+    bit = study.parameters.bit
+    of_bit = of_surface("bit.rock") if bit.rock.regenerative else OF_FRICTION
+    on_rock = () if bit.rock.regenerative else ON_ROCK if bit.surface_amplitude else ()
+    found = {"stick_slip": (*of_bit, *OF_TORSION), "bit_bounce": (*(of_bit if bit.rock.regenerative else ()), *on_rock)}
+    return of_study(study, found)
+
+
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
@@ -277,6 +298,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
         swinging(study, found, format_value),
         interrupted(found, format_value),
         narrow(found, format_value),
+        sensitive_onset(study, corners, _onsets, deciding(study).get("stick_slip", ()), format_value),
         _unloaded(corners),
         *cutting.warnings([cutting_at(one.parameters, one.point) for one in on_surface], format_value),
         _another_hole(on_surface, format_value),
@@ -290,6 +312,12 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     the bit out of it sooner. Up to which one stick-slip lasts, once begun, is not known of several
     inertias; None where no onset is known."""
     return [below and (below[0], None) for below in limits([_stability_of(values) for values in settings])]
+
+
+def _onsets(strings: Sequence[Parameters], at: Operation) -> list[float | None]:
+    """The speeds [rad/s] below which steady drilling is unstable, of many strings."""
+    found = limits([_stability_of(Values(one, Initial(), (at.depth, at.wob, at.rotary_speed))) for one in strings])
+    return [one and one[0] for one in found]
 
 
 def _stability_of(values: Values) -> Drilling | Limits:
