@@ -34,7 +34,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
-from nsdrill.models.drive_laws import BENDS, growing, unknown_by_bend
+from nsdrill.models.drive_laws import AT_BEND, growing, unknown_by_bend
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, OFF_SPEED, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
@@ -510,7 +510,7 @@ class Drilling:
     def _why_unknown(self) -> str:
         """Why the :attr:`fold` is not known."""
         if self._bends_at_onset:
-            return BENDS
+            return AT_BEND
         if not self.known or not self.onset_known:
             return "(no balance of motor and bit is found)"
         if self.rock_torque <= 0.0:

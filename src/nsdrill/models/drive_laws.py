@@ -345,13 +345,13 @@ def drive_card(
     return DriveCard(frequency, reflected, slopes, waves, study_kind)
 
 
-BENDS = "(the equations bend at steady drilling)"
+AT_BEND = "(the equations bend at steady drilling)"
 
 
 def unknown_by_bend(quantities: Mapping[str, DerivedQuantity]) -> dict[str, DerivedQuantity]:
     """Quantities of the linear theory, which are not known where the equations bend."""
     return {
-        name: replace(one, value=None, known=False, everywhere=False, meaning=f"{one.meaning} {BENDS}")
+        name: replace(one, value=None, known=False, everywhere=False, meaning=f"{one.meaning} {AT_BEND}")
         for name, one in quantities.items()
     }
 
