@@ -426,6 +426,10 @@ class String:
         """Whether the drive bends at this steady drilling, so that no linear theory holds there."""
         return self._may_bend and bool(np.any(self._sides(at).bends))
 
+    def is_one_sided(self, at: Balance) -> bool:
+        """Whether the derivative at this steady drilling is not that on all sides of it."""
+        return self._may_bend and bool(np.any(np.logical_or(*self._sides(at)[1:])))
+
     @property
     def bit(self) -> int:
         """The place of the bit's speed among the deviations."""
