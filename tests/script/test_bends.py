@@ -31,7 +31,6 @@ DRIVES = {
     "plain": (1500.0, "brake * e"),
     "banded": (1500.0, "0.5 * brake * (e + min(max(e, -0.5), 0.5))"),
 }
-TORSION = {"axial": "frozen", "lateral": "frozen"}
 STUDY = """\
 modes: {axial: frozen, lateral: frozen}
 drillstring: {collar: {outer_diameter: 8 in, inner_diameter: 2.8125 in, length: 200 m}}
@@ -84,6 +83,17 @@ def test_a_bend_elsewhere_changes_nothing(folder):
     for name in LINEAR:
         assert found[name]["value"] == pytest.approx(plain[name]["value"], rel=1e-12), name
     assert not any(one.startswith("Bends:") for one in out)
+
+
+def test_a_bit_that_cuts_knows_nothing_linear_there_either(script):
+    script(scripted("absbrake", "dead0", "plain").removeprefix("import nsdrill\n\n"), "cutting")
+    told = {
+        kind: nsdrill.check({"model": "regenerative", "drive": {"kind": kind}}).figures
+        for kind in ("absbrake", "dead0", "plain")
+    }
+    for name in ("steady_threshold", "growth", "drive_mode_1"):
+        assert (told["absbrake"][name].value, told["absbrake"][name].known) == (None, False)
+        assert told["dead0"][name].value == pytest.approx(told["plain"][name].value, rel=1e-9)
 
 
 # The string of STUDY: inertias [kg m^2], stiffness [N m/rad] and damping [N m s/rad], as check shows them.

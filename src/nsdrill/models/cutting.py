@@ -77,12 +77,12 @@ def stick_slip_lasts(bit: Cutting, string: String) -> tuple[float, None] | None:
     """The set speed [rad/s] below which steady drilling is unstable; up to which one
     stick-slip lasts, once begun, is not known of such a bit. None where nothing is cut."""
     threshold = steady_threshold(bit, string)
-    return None if threshold is None or _is_one_sided(bit, string) else (threshold, None)
+    return None if threshold is None or _bends(bit, string) else (threshold, None)
 
 
-def _is_one_sided(bit: Cutting, string: String) -> bool:
-    """Whether the derivative at steady drilling is that of one side, by a drive that bends there."""
-    return string.is_one_sided(string.balance(bit.speed, bit.speed))
+def _bends(bit: Cutting, string: String) -> bool:
+    """Whether the drive bends at steady drilling, so that no linear theory holds there."""
+    return string.bends(string.balance(bit.speed, bit.speed))
 
 
 def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
@@ -104,7 +104,7 @@ def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
         ),
         "growth_frequency": DerivedQuantity(float(frequency) if drills else None, "rad/s", "its frequency"),
     }
-    return unknown_by_bend(found) if _is_one_sided(bit, string) else found
+    return unknown_by_bend(found) if _bends(bit, string) else found
 
 
 def quantities(one: Cutting) -> dict[str, DerivedQuantity]:

@@ -418,17 +418,21 @@ class String:
 
     def _sides(self, at: Balance) -> Sides:
         """The derivatives of :meth:`_slopes` on all sides of steady drilling, in what the drive reads."""
-        given, shape = self.given(at.speed, at.set_speed, at), np.shape(at.speed)
+        shape = np.shape(at.speed)
+        return self._on_all_sides(lambda beside: self._slopes(beside, shape)[1], self.given(at.speed, at.set_speed, at))
+
+    def _on_all_sides(self, derivative: Callable[[Mapping[str, Any]], Array], given: Mapping[str, Any]) -> Sides:
         read = numbered(getattr(self.motion.options, "drive", 0)).moving
-        return on_all_sides(lambda beside: self._slopes(beside, shape)[1], given, [one for one in read if one in given])
+        return on_all_sides(derivative, given, [one for one in read if one in given])
+
+    def of_sides(self, derivative: Callable[[Mapping[str, Any]], Array], given: Mapping[str, Any]) -> Array:
+        """A ``derivative`` of the equations at inputs ``given``; where a condition has another one at a
+        point than on all its sides, that on these."""
+        return self._on_all_sides(derivative, given).derivative if self._may_bend else derivative(given)
 
     def bends(self, at: Balance) -> bool:
         """Whether the drive bends at this steady drilling, so that no linear theory holds there."""
         return self._may_bend and bool(np.any(self._sides(at).bends))
-
-    def is_one_sided(self, at: Balance) -> bool:
-        """Whether the derivative at this steady drilling is not that on all sides of it."""
-        return self._may_bend and bool(np.any(np.logical_or(*self._sides(at)[1:])))
 
     @property
     def bit(self) -> int:
