@@ -93,7 +93,8 @@ def test_a_bit_that_cuts_knows_nothing_linear_there_either(script):
     }
     for name in ("steady_threshold", "growth", "drive_mode_1"):
         assert (told["absbrake"][name].value, told["absbrake"][name].known) == (None, False)
-        assert told["dead0"][name].value == pytest.approx(told["plain"][name].value, rel=1e-9)
+        # the sides lie 1e-7 from the point, where the forces of cutting have other slopes by as much
+        assert told["dead0"][name].value == pytest.approx(told["plain"][name].value, rel=1e-6)
 
 
 # The string of STUDY: inertias [kg m^2], stiffness [N m/rad] and damping [N m s/rad], as check shows them.
