@@ -40,6 +40,7 @@ LASTING_UNTOLD = "lasting_untold"  # that the model does not tell which motions 
 UNCUT = "nothing_cut"  # that the wear flats bear the whole weight on bit somewhere, by units, as JSON
 FEW = "few_states"  # that the surface of a drag bit has too few states somewhere, by units, as JSON
 INEXACT = "inexact_exponents"  # root attribute: what is warned of exponents that implicit steps make wrong
+BENT = "bends"  # what is warned of a drive that bends at steady drilling; empty where none does
 PULSES = "pulses"  # what is warned of pulses of a forcing, which steps may jump over; empty where there are none
 SHORT = "short_observation"  # that what was observed is too short, by units, as JSON
 SHORT_TO = "short_observation_to"  # up to which speed it is [rad/s], as a number; infinite where at every one

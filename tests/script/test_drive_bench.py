@@ -128,7 +128,9 @@ def test_a_wrong_drive_of_nsdrill_is_found(monkeypatch):
     with monkeypatch.context() as patch:
         told = top.quantities_of_drive
         patch.setattr(
-            top, "quantities_of_drive", lambda drive, m, t, r, law, most: told(drive, m, t, r, half(law), most)
+            top,
+            "quantities_of_drive",
+            lambda drive, m, t, r, law, most, **more: told(drive, m, t, r, half(law), most, **more),
         )
         assert failed("stiff") == {"drive_damping of check"}
     with monkeypatch.context() as patch:

@@ -4,6 +4,7 @@ in its line, whatever name it goes by. What Python reads late is in the graph wh
 call."""
 
 import re
+import sys
 
 import pytest
 
@@ -78,6 +79,41 @@ def test_a_name_that_is_imported_of_the_machine_is_refused_as_its_attribute_is(s
     with pytest.raises(InputError, match=r"found what is read anew in every run") as error:
         script(text, "imported_of_it")
     assert told in str(error.value)
+
+
+HELPERS = {
+    "from sys import platform\n": ("from machine_of import platform", "len(platform)"),
+    "from sys import platform as where\n": ("from machine_of import where as here", "len(here)"),
+    "from sys import *\nfrom sys import maxsize\n": ("from machine_of import *", "float(maxsize)"),
+    "from sys import platform  # an attribute\n": ("import machine_of", "len(machine_of.platform)"),
+}
+
+
+@pytest.mark.parametrize("helper", HELPERS)
+@pytest.mark.parametrize("is_nested", [False, True])
+def test_a_name_of_the_machine_is_refused_through_a_module_of_the_model(
+    script, tmp_path, monkeypatch, helper, is_nested
+):
+    """A module beside the script, or one behind that, imports it: the equations differ by the machine alike."""
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("machine_of", "machine_behind"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    (tmp_path / "machine_behind.py").write_text(helper)
+    names = "*" if "*" in helper else helper.split("as ")[-1].split()[-1] if " as " in helper else "platform"
+    (tmp_path / "machine_of.py").write_text(f"from machine_behind import {names}\n" if is_nested else helper)
+    line, read = HELPERS[helper]
+    with pytest.raises(InputError, match=r"found what is read anew in every run"):
+        script(f"{line}\n\n\n{MODEL.format(read)}", "through_a_module")
+    for name in ("machine_of", "machine_behind"):
+        sys.modules.pop(name, None)
+
+
+def test_a_constant_of_a_module_of_the_model_is_taken(script, tmp_path, monkeypatch):
+    """What it makes of the machine in a line of its own is a value, as above the function."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "constants_of.py").write_text("from sys import platform\n\nplatform = len(platform)\n")
+    script(f"from constants_of import platform\n\n\n{MODEL.format('platform')}", "constant_of_a_module")
+    sys.modules.pop("constants_of", None)
 
 
 WITHIN = MODEL.format("platform").replace("    a =", "    platform = 3.0\n    a =")

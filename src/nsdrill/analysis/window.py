@@ -40,6 +40,7 @@ from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
+    BENT,
     DAMPING,
     DAMPING_RATIOS,
     DECIDING,
@@ -177,6 +178,7 @@ def _runs(maps: Classes, severity: int | None, found: Advice) -> Answer:
         "peaks_kept": results.peaks_kept,
         **{name: json.loads(results.attrs.get(name, "{}")) for name in (SHORT, UNCUT, FEW, LUMPED_STRING, LEFT_OUT)},
         UNUSUAL_NUMBERS: str(results.attrs.get(UNUSUAL_NUMBERS, "")),
+        BENT: str(results.attrs.get(BENT, "")),
         PULSES: str(results.attrs.get(PULSES, "")),
         DAMPING: json.loads(results.attrs.get(DAMPING, "null")),
         DAMPING_RATIOS: json.loads(results.attrs.get(DAMPING_RATIOS, "[]")),

@@ -28,6 +28,7 @@ from nsdrill.models.choices import words_of
 from nsdrill.models.damped import Damping, damped, dampings, unusual_damping
 from nsdrill.models.model_description import Description
 from nsdrill.models.numbers import (
+    BENDS,
     LATE,
     LOOSE,
     NOT_EXACT,
@@ -39,6 +40,7 @@ from nsdrill.models.numbers import (
     few_periods,
 )
 from nsdrill.models.operation import Ramp, Values
+from nsdrill.models.own_drives import own_drive
 from nsdrill.models.parts import chosen_at, values_at
 from nsdrill.models.registry import checks_of, import_modules, model_named, own_features, scripted, sources_of
 from nsdrill.quantity import amount, unit_in
@@ -298,7 +300,13 @@ def warnings(study: Study, units: str = "si", experiment: Experiment | None = No
         corners, text = _corners(study), partial(_amount_text, units)
         found += [damped(damping_of_torsion(study), text)]
         found += [*checks.warnings(study, corners, text), _begins_late(study, corners), _few_periods(study, corners)]
-    found += [pulses(study) or None, _jumps(study), unread_numbers(study.model), _uncounted(study.model)]
+    found += [
+        bent(study) or None,
+        pulses(study) or None,
+        _jumps(study),
+        unread_numbers(study.model),
+        _uncounted(study.model),
+    ]
     found += [_clocked(study), *of_scales(study)]
     found += [inexact_exponent(study) or None]
     if study.swept or not study.ramped:  # else there is no observation
@@ -318,6 +326,23 @@ def _far_from_usual(study: Study) -> str | None:
     """The warning of numbers that are far from usual."""
     found = far_from_usual(study)
     return f"{UNUSUAL} {found}" if found else None
+
+
+def bent(study: Study) -> str:
+    """The warning of a drive of a script that bends at steady drilling; empty where there is none."""
+    drilling_at = getattr(checks_of(study.model), "drilling_at", None)
+    drives = [at for at in _corners(study) if own_drive(getattr(getattr(at.parameters, "drive", None), "kind", ""))]
+    if drilling_at is None:
+        return ""
+    for at in drives:
+        frozen = getattr(getattr(at.parameters, "modes", None), "torsional", "free") == "frozen"
+        if not frozen and drilling_at(at.parameters, at.point).bends:
+            return (
+                f"{BENDS} the equations of the drive {at.parameters.drive.kind} bend at steady drilling, so that no "
+                "linear theory holds there. Whether steady drilling is stable, and below which speed it is not, is not "
+                "known. Runs tell that begin beside it, as those of a sweep up and down (sweep.procedure: up-down)."
+            )
+    return ""
 
 
 def pulses(study: Study) -> str:

@@ -365,35 +365,69 @@ def _imported_above(function: FunctionType) -> dict[str, str]:
     """The names that the text around a function imports of what a module says of the machine, as
     ``from sys import platform``, each with what it is: its value tells nothing of where it is from. In
     a notebook of all cells. One that is given another value, or is named in a line of its own, as
-    ``PLATFORM = sys.platform``, is a constant of the model."""
+    ``PLATFORM = sys.platform``, is a constant of the model. Modules of the model are followed, from which
+    the text has such a name."""
     names = function.__globals__
     cells = names.get("In") if names.get("__name__") == "__main__" else None
     texts = [one for one in cells if isinstance(one, str)] if isinstance(cells, list) else []
     found: dict[str, str] = {}
     for text in ("".join(linecache.getlines(function.__code__.co_filename)), *texts):
-        found |= _of_machine_in(text)
-    return {
-        name: told
-        for name, told in found.items()
-        if names.get(name) is getattr(sys.modules.get(told.rpartition(".")[0]), told.rpartition(".")[2], names)
-    }
+        found |= _of_machine_in(text) | _through_modules(text, str(names.get("__package__") or ""))
+    return {name: told for name, told in found.items() if _is_still(names.get(name), told)}
+
+
+def _is_still(value: object, told: str) -> bool:
+    """Whether a name has the value of what it is told to be, as ``sys.platform``, and no other one since."""
+    module, _, name = told.rpartition(".")
+    return value is getattr(sys.modules.get(module), name, sys)
+
+
+def _through_modules(text: str, package: str, seen: frozenset[str] = frozenset()) -> dict[str, str]:
+    """The names that a text, of a module in a ``package``, imports from modules of the model, but for those ``seen``,
+    which have them from one that tells of the machine."""
+    found: dict[str, str] = {}
+    for node in _imports_in(text):
+        parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+        name = ".".join(filter(None, (*parents, node.module)))
+        if name not in seen and (given := _of_machine_from(sys.modules.get(name), seen)):
+            names = {one.name: one.asname or one.name for one in node.names}
+            chosen = {one: one for one in given} if "*" in names else names
+            found |= {own: given[one] for one, own in chosen.items() if one in given}
+    return found
+
+
+def _of_machine_from(module: ModuleType | None, seen: frozenset[str] = frozenset()) -> dict[str, str]:
+    """The names of a module of the model that it has from one that tells of the machine."""
+    file = getattr(module, "__file__", None)
+    if module is None or not file or not is_foreign(module.__name__) or "site-packages" in file:
+        return {}
+    text = "".join(linecache.getlines(file))
+    found = _of_machine_in(text) | _through_modules(text, module.__package__ or "", seen | {module.__name__})
+    return {name: told for name, told in found.items() if _is_still(vars(module).get(name), told)}
+
+
+@lru_cache(maxsize=64)
+def _imports_in(text: str) -> tuple[ast.ImportFrom, ...]:
+    """The imports of names in a text."""
+    with suppress(SyntaxError, ValueError):  # a cell may have what is no Python
+        return tuple(node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom))
+    return ()
 
 
 @lru_cache(maxsize=64)
 def _of_machine_in(text: str) -> dict[str, str]:
     """The names of imports of a text that stand for what a module says of the machine."""
     found: dict[str, str] = {}
-    with suppress(SyntaxError, ValueError):  # a cell may have what is no Python
-        for node in ast.walk(ast.parse(text)):
-            if not isinstance(node, ast.ImportFrom) or node.level or node.module not in OF_MACHINE:
-                continue
-            with suppress(ImportError):  # of another system
-                module = importlib.import_module(node.module)
-                names = {one.name: one.asname or one.name for one in node.names}
-                given = {name: name for name in vars(module)} if "*" in names else names
-                for name, own in given.items():
-                    if _tells_of_machine(module, name):
-                        found[own] = f"{node.module}.{name}"
+    for node in _imports_in(text):
+        if node.level or node.module is None or node.module not in OF_MACHINE:
+            continue
+        with suppress(ImportError):  # of another system
+            module = importlib.import_module(node.module)
+            names = {one.name: one.asname or one.name for one in node.names}
+            given = {name: name for name in vars(module)} if "*" in names else names
+            for name, own in given.items():
+                if _tells_of_machine(module, name):
+                    found[own] = f"{node.module}.{name}"
     return found
 
 
@@ -473,7 +507,7 @@ def _is_of_machine(node: ast.AST, known: Mapping[str, object]) -> bool:
     node = _as_attribute(node, known)
     if not isinstance(node, ast.Attribute) or not isinstance(of := value_of(node.value, known), ModuleType):
         return False
-    return node.attr in OF_PLACE or _tells_of_machine(of, node.attr)
+    return node.attr in OF_PLACE or _tells_of_machine(of, node.attr) or node.attr in _of_machine_from(of)
 
 
 def _is_drawn(node: ast.AST, known: Mapping[str, object]) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from nsdrill.models import surface
 from nsdrill.models.blades import MOST_STATES, WIDEST_FLAT
+from nsdrill.models.drive_laws import unknown_by_bend
 from nsdrill.models.linear import growth, matrix_of, unstable_to
 from nsdrill.models.numbers import DULL, FEW_STATES, DerivedQuantity, FormatValue
 from nsdrill.models.steady import String
@@ -76,7 +77,12 @@ def stick_slip_lasts(bit: Cutting, string: String) -> tuple[float, None] | None:
     """The set speed [rad/s] below which steady drilling is unstable; up to which one
     stick-slip lasts, once begun, is not known of such a bit. None where nothing is cut."""
     threshold = steady_threshold(bit, string)
-    return None if threshold is None else (threshold, None)
+    return None if threshold is None or _bends(bit, string) else (threshold, None)
+
+
+def _bends(bit: Cutting, string: String) -> bool:
+    """Whether the drive bends at steady drilling, so that no linear theory holds there."""
+    return string.bends(string.balance(bit.speed, bit.speed))
 
 
 def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
@@ -84,7 +90,7 @@ def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
     limit = steady_threshold(bit, string)
     (rate,), (frequency,) = growth(matrix_of(string, np.array([bit.speed])))
     drills = limit is not None
-    return {
+    found = {
         "steady_threshold": DerivedQuantity(
             None if limit is None or not 0.0 < limit < math.inf else limit,
             "rad/s",
@@ -98,6 +104,7 @@ def stability(bit: Cutting, string: String) -> dict[str, DerivedQuantity]:
         ),
         "growth_frequency": DerivedQuantity(float(frequency) if drills else None, "rad/s", "its frequency"),
     }
+    return unknown_by_bend(found) if _bends(bit, string) else found
 
 
 def quantities(one: Cutting) -> dict[str, DerivedQuantity]:

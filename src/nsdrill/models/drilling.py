@@ -34,7 +34,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import from_to
 from nsdrill.models.begin import begin_below
-from nsdrill.models.drive_laws import growing
+from nsdrill.models.drive_laws import AT_BEND, growing, unknown_by_bend
 from nsdrill.models.lockstep import results
 from nsdrill.models.numbers import FOLD_ERROR, OFF_SPEED, DerivedQuantity, FormatValue
 from nsdrill.models.operation import Values
@@ -170,11 +170,22 @@ class Drilling:
         """That of small deviations from it, without friction at the bit."""
         return self.string.linear(self.at)[0]
 
+    @property
+    def slope_held(self) -> float:
+        """That for a chart: NaN where the drive bends there, so that it is not known."""
+        return math.nan if self.bends else self.withstood
+
     @cached_property
     def withstood(self) -> float:
         """The steepest fall of the torque on the bit with its speed [N m s/rad] with
         which steady drilling is stable."""
         return float(self.string.withstood(self.at))
+
+    @cached_property
+    def bends(self) -> bool:
+        """Whether the drive bends at it: its derivative there is that of one side, and nothing that
+        is linear is known of small deviations."""
+        return self.known and self.string.bends(self.at)
 
     @cached_property
     def onset(self) -> Balance | None:
@@ -183,9 +194,21 @@ class Drilling:
 
     @cached_property
     def onset_known(self) -> bool:
-        """Whether it is known: not where the search for it finds no balance of motor and bit."""
+        """Whether it is known: not where the search for it finds no balance of motor and bit, and
+        not where the drive bends at the steady drilling that it finds."""
         find_onsets([self])
         return self.onset_known
+
+    @cached_property
+    def _bends_at_onset(self) -> bool:
+        find_onsets([self])
+        return self._bends_at_onset
+
+    def bends_at_onset(self, onset: Balance | None) -> bool:
+        """Whether the drive bends at the steady drilling of an ``onset``; where that is at no finite
+        speed, at this one."""
+        is_there = onset is not None and np.isfinite(onset.speed) and np.isfinite(onset.set_speed)
+        return self.string.bends(onset) if onset is not None and is_there else self.bends
 
     @cached_property
     def unstable_ranges(self) -> list[tuple[float, float]]:
@@ -453,6 +476,12 @@ class Drilling:
         period, peak, stuck = estimates or (None, None, None)
         if not self.known:
             quantities |= {name: replace(quantities[name], value=None) for name in quantities.keys() & {*OF_BALANCE}}
+        if self.bends:
+            quantities |= unknown_by_bend({name: quantities[name] for name in ("slope_held",)})
+        if self._bends_at_onset:
+            quantities |= unknown_by_bend(
+                {name: one for name, one in quantities.items() if name.startswith(STICK_SLIP_ONSET)}
+            )
         lacking = self._unknown
         quantities |= {
             name: replace(one, known=False)
@@ -480,6 +509,8 @@ class Drilling:
     @property
     def _why_unknown(self) -> str:
         """Why the :attr:`fold` is not known."""
+        if self._bends_at_onset:
+            return AT_BEND
         if not self.known or not self.onset_known:
             return "(no balance of motor and bit is found)"
         if self.rock_torque <= 0.0:
@@ -532,6 +563,8 @@ def find_onsets(found: Sequence[Drilling]) -> None:
     """Finds the :attr:`Drilling.onset` of many likewise."""
     for one, onset in _searched(found, "onset", lambda one: one.string.onset(one.set_speed)):
         known = onset is None or not np.isnan(onset.set_speed)
+        vars(one)["_bends_at_onset"] = one.bends_at_onset(onset)
+        known = known and not one._bends_at_onset
         vars(one).update(onset=onset if known else None, onset_known=known)
 
 
@@ -758,7 +791,7 @@ def narrow(found: list[Found], format_value: FormatValue) -> str | None:
 def swinging(study: Any, found: list[Found], format_value: FormatValue) -> str | None:
     """The warning of a drive that makes the string oscillate by itself, as gains of the
     wrong sign do, for the worst corner of a study, None where there is none."""
-    grown = [(root, corner) for corner, one in found if (root := growing(one.matrix)) is not None]
+    grown = [(root, corner) for corner, one in found if not one.bends and (root := growing(one.matrix)) is not None]
     if not grown:
         return None
     root, corner = max(grown, key=lambda entry: entry[0].real)

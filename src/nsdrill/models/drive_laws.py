@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -344,6 +345,17 @@ def drive_card(
     return DriveCard(frequency, reflected, slopes, waves, study_kind)
 
 
+AT_BEND = "(the equations bend at steady drilling)"
+
+
+def unknown_by_bend(quantities: Mapping[str, DerivedQuantity]) -> dict[str, DerivedQuantity]:
+    """Quantities of the linear theory, which are not known where the equations bend."""
+    return {
+        name: replace(one, value=None, known=False, everywhere=False, meaning=f"{one.meaning} {AT_BEND}")
+        for name, one in quantities.items()
+    }
+
+
 BISECTIONS = 60
 AHEAD = 3  # bisections whose middles are tried at once
 
@@ -378,11 +390,19 @@ def steepest_fall(matrix: Array, column: Array, bit: int, low: Numeric, high: Nu
 
 
 def quantities_of_drive(
-    drive: Any, matrix: Array, torque: float, reflected: Wave | None, law: Gains | None = None, most: int | None = None
+    drive: Any,
+    matrix: Array,
+    torque: float,
+    reflected: Wave | None,
+    law: Gains | None = None,
+    most: int | None = None,
+    *,
+    bends: bool = False,
 ) -> dict[str, DerivedQuantity]:
     """What ``check`` says of a ``drive`` and its string: the gains of its ``law``, what it
     reflects of a wave, by its coefficient, what its limit leaves above a steady ``torque``
-    [N m], and the first ``most`` modes of ``matrix``."""
+    [N m], and the first ``most`` modes of ``matrix``; where the drive ``bends`` at steady
+    drilling, nothing of it that is linear is known."""
     quantities: dict[str, DerivedQuantity] = {}
     if law is not None:
         gain, damping = "integral gain of the drive, K_i", "proportional gain of the drive, K_p"
@@ -408,4 +428,6 @@ def quantities_of_drive(
         frequency, ratio = f"frequency {number} of string and drive", "its damping ratio, without friction at the bit"
         quantities[f"drive_mode_{number}"] = DerivedQuantity(abs(root), "rad/s", frequency)
         quantities[f"drive_damping_{number}"] = DerivedQuantity(-root.real / abs(root), "1", ratio)
+    if bends:
+        quantities |= unknown_by_bend({name: one for name, one in quantities.items() if name != "torque_reserve"})
     return quantities

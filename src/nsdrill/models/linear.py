@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -36,14 +37,18 @@ def matrix_of(string: String, speeds: Array) -> Array:
     states, size = string.motion.states, len(string.motion.states)
     given = {name: np.asarray(value)[..., None] for name, value in string.given(speeds, speeds).items()}
     unit = np.eye(size)
-    found = plain.values(changes, given | {f"d.{name}": unit[k] for k, name in enumerate(states)})
-    matrix = np.zeros((len(speeds), size, size))
-    for row, name in enumerate(states):
-        if name in moved:
-            matrix[..., row, :] = found[name]
-        else:
-            matrix[..., row, row + 1] = 1.0  # a position, before its velocity
-    return matrix
+
+    def derivative(at: Mapping[str, Any]) -> Array:
+        found = plain.values(changes, {**at, **{f"d.{name}": unit[k] for k, name in enumerate(states)}})
+        matrix = np.zeros((len(speeds), size, size))
+        for row, name in enumerate(states):
+            if name in moved:
+                matrix[..., row, :] = found[name]
+            else:
+                matrix[..., row, row + 1] = 1.0  # a position, before its velocity
+        return matrix
+
+    return string.of_sides(derivative, given)
 
 
 def growth(matrix: Array) -> tuple[Array, Array]:

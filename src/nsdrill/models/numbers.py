@@ -25,6 +25,7 @@ DULL = "Dull:"  # how the warning of a bit that cuts nothing begins
 FEW_STATES = "Few states:"  # how that of a surface with too few states begins
 UNUSUAL = "Far from usual:"  # how that of numbers which are far from usual begins
 LUMPED = "Lumped:"  # how that of a lumped string that is far from its first standing wave begins
+BENDS = "Bends:"  # how the warning of a drive begins that bends at steady drilling
 PULSE = "Pulse:"  # how that of pulses which steps may jump over begins
 LOOSE = 1e-4  # the greatest relative tolerance of a step at which responses of the main model were those of 1e-6
 FEW_PEAKS = "Few peaks:"  # how that of too few recorded peaks begins

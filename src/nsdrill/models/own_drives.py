@@ -17,7 +17,7 @@ where u are the deviations of the motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import cached_property
 from types import FunctionType
@@ -31,6 +31,7 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.errors import InputError
+from nsdrill.models.bends import SWITCHES, on_all_sides
 from nsdrill.models.model_description import Description
 from nsdrill.models.operation import Numeric
 from nsdrill.models.own import number_rows, row_with_words, sharing_fault, with_rows
@@ -184,6 +185,18 @@ class OwnDrive:
         slopes = [node for name, node in changes.items() if " " in name]
         return not any(map(_is_motion, graph.live(slopes)))
 
+    @cached_property
+    def may_bend(self) -> bool:
+        """Whether a condition, or what has one in it, may make it bend somewhere."""
+        changes = self._changes
+        live = changes["torque"].graph.live([changes[row] for row in ("torque", *self.rows)])
+        return not self.is_linear and any(node.op in SWITCHES for node in live)
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """The inputs of its graph, and of those of models, in which it may bend."""
+        return tuple(f"s.{name}" for name in (*MOTION, *self.rows))
+
     def _given(self, at: Mapping[str, Any], numbers: Mapping[str, Any]) -> dict[str, Any]:
         speed = at.get("set_speed", 1.0)
         motion = {"lag": 0.0, "drive_speed": speed, "twist": 0.0, "bit_speed": speed, **self.start, **at}
@@ -202,17 +215,17 @@ class OwnDrive:
         return found
 
     def linear(self, at: Mapping[str, Any], numbers: Mapping[str, Any]) -> Linear:
-        """The linear drive at one point."""
+        """The linear drive at one point; where it bends there, that of one side."""
+        rows, columns = ("torque", *self.rows), (*MOTION, *self.rows)
 
-        def block(rows: Iterable[str], columns: Iterable[str]) -> Array:
-            rows, columns = tuple(rows), tuple(columns)
-            found = [[float(np.ravel(self.change(r, c, at, numbers))[0]) for c in columns] for r in rows]
-            return np.reshape(np.array(found, dtype=float), (len(rows), len(columns)))
+        def changes(given: Mapping[str, Any]) -> Array:
+            wanted = {f"{r} {c}": self._changes[f"{r} {c}"] for r in rows for c in columns}
+            found = plain.values(wanted, given)
+            return np.array([[float(np.ravel(found[f"{r} {c}"])[0]) for c in columns] for r in rows])
 
-        rows = self.rows
-        return Linear(
-            -block(("torque",), MOTION)[0], block(("torque",), rows)[0], block(rows, MOTION), block(rows, rows)
-        )
+        given, n = self._given(at, numbers), len(MOTION)
+        found = on_all_sides(changes, given, self.moving).derivative if self.may_bend else changes(given)
+        return Linear(-found[0, :n], found[0, n:], found[1:, :n], found[1:, n:])
 
     def no_number(self, numbers: Mapping[str, Any]) -> str:
         """What of it is no number about the set point with these lane parameters, in words; empty

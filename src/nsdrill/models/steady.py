@@ -38,9 +38,11 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError
+from nsdrill.models.bends import Sides, on_all_sides
 from nsdrill.models.cycle import POINTS, Cycles, lasting
 from nsdrill.models.drive_laws import steepest_fall
 from nsdrill.models.operation import Numeric
+from nsdrill.models.own_drives import numbered
 from nsdrill.records import dataclass
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
@@ -395,7 +397,10 @@ class String:
         the angles are those behind the top, whose own angle affects nothing."""
         n, others = len(self.turning.angles), len(self.turning.others)
         shape = np.shape(at.speed)
-        _, found = self._slopes(self.given(at.speed, at.set_speed, at), shape)
+        if self._may_bend:
+            found = self._sides(at).derivative
+        else:
+            _, found = self._slopes(self.given(at.speed, at.set_speed, at), shape)
         size = 2 * n + others
         matrix = np.zeros((*shape, size, size))
         matrix[..., range(n), range(n, 2 * n)] = 1.0
@@ -405,6 +410,29 @@ class String:
             return matrix, column
         matrix[..., :n, n] -= 1.0  # behind the top
         return matrix[..., 1:, 1:], column[..., 1:]
+
+    @cached_property
+    def _may_bend(self) -> bool:
+        """Whether the drive is one of a script that may bend somewhere."""
+        return self._of_script and numbered(getattr(self.motion.options, "drive", 0)).may_bend
+
+    def _sides(self, at: Balance) -> Sides:
+        """The derivatives of :meth:`_slopes` on all sides of steady drilling, in what the drive reads."""
+        shape = np.shape(at.speed)
+        return self._on_all_sides(lambda beside: self._slopes(beside, shape)[1], self.given(at.speed, at.set_speed, at))
+
+    def _on_all_sides(self, derivative: Callable[[Mapping[str, Any]], Array], given: Mapping[str, Any]) -> Sides:
+        read = numbered(getattr(self.motion.options, "drive", 0)).moving
+        return on_all_sides(derivative, given, [one for one in read if one in given])
+
+    def of_sides(self, derivative: Callable[[Mapping[str, Any]], Array], given: Mapping[str, Any]) -> Array:
+        """A ``derivative`` of the equations at inputs ``given``; where a condition has another one at a
+        point than on all its sides, that on these."""
+        return self._on_all_sides(derivative, given).derivative if self._may_bend else derivative(given)
+
+    def bends(self, at: Balance) -> bool:
+        """Whether the drive bends at this steady drilling, so that no linear theory holds there."""
+        return self._may_bend and bool(np.any(self._sides(at).bends))
 
     @property
     def bit(self) -> int:

@@ -249,7 +249,9 @@ class Below:
             law, float(self.seen.impedance), drilling.frequency, self.circuit() if linear is None else linear
         )
         by_torque = None if drive.electric else law
-        return quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque, MODES)
+        return quantities_of_drive(
+            drive, drilling.matrix, drilling.torque, reflected, by_torque, MODES, bends=drilling.bends
+        )
 
 
 def _columns_of(law: Gains, limit: Numeric | None) -> dict[str, Numeric]:

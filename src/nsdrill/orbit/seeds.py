@@ -4,6 +4,7 @@ and the motion of that kind nearby."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import field, replace
 
 import numpy as np
@@ -71,6 +72,7 @@ class Orders:
     - ``switch``, whether emanating branches are followed;
     - ``periodic``, ``cycles`` and ``circles``, whether these motions are followed;
     - ``grazes``, the grazing events of the contacts, by place;
+    - ``bends``, whether the equations bend at an equilibrium;
     - ``direction`` of the parameter in which the branches of seeds set out, 1 or -1, or 0
       for both.
     """
@@ -84,6 +86,7 @@ class Orders:
     circles: bool = True
     grazes: dict[int, Graze] = field(default_factory=dict)
     direction: int = 0
+    bends: Callable[[Orbit], bool] = lambda orbit: False
 
 
 @dataclass(frozen=True)

@@ -327,7 +327,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
     rules = Rules(
         (orders.bounds[0] / scale, orders.bounds[1] / scale),
         orders.points,
-        test_functions_of(orders.grazes, motion),
+        test_functions_of(orders.grazes, motion, orders.bends),
         _stop(flow, orders, known, one),
         partial(known.meeting, one),
         partial(known.is_known, one),

@@ -378,24 +378,30 @@ def _label_of_rank(rank: int, pair: int) -> Callable[[Point], int]:
     return label
 
 
-def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions:
+def test_functions_of(
+    grazes: Mapping[int, Graze],
+    motion: str,
+    bends: Callable[[Orbit], bool] | None = None,  # noqa: PT028  # no test of pytest
+) -> TestFunctions:
     """The function that gives the test functions of the special points between two
     points of a branch of a kind of ``motion``. ``grazes`` has the grazing events of the
     contacts, by place. Of a circle neither the multipliers nor the numbers of touches
-    are exact enough to tell a special point."""
+    are exact enough to tell a special point. Of an equilibrium at which the equations are said to
+    bend, by ``bends``, the multipliers and the tangent are those of one side, and tell none."""
     is_circle = motion == CIRCLE
 
     def test_functions(previous: Point, current: Point) -> list[TestFunction]:
         functions = []
         before, after = previous.found, current.found
+        is_linear = motion != EQUILIBRIUM or bends is None or not (bends(before) or bends(after))
         is_vertical = max(abs(previous.tangent[-1]), abs(current.tangent[-1])) < VERTICAL
         is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0) and not is_vertical
-        if is_fold:
+        if is_fold and is_linear:
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
             if previous.orientation * current.orientation < 0.0:
                 # Of the multipliers, two crossings between these points, or a pitchfork, do not tell.
                 functions.append(TestFunction(BRANCH, lambda point: point.orientation))
-        if not is_circle and not is_vertical:
+        if not is_circle and not is_vertical and is_linear:
             pair = HOPF if motion == EQUILIBRIUM else TORUS
             found = _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
             # What stays on the unit circle, as where energy is conserved, crosses it by errors alone.

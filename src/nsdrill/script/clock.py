@@ -204,6 +204,11 @@ def repeat(read: Signature, nodes: Mapping[str, Node]) -> bool:
 
 def _same(one: list[Array], other: list[Array]) -> bool:
     return all(
-        np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (np.nanmax(np.abs(a)) + 1e-300), equal_nan=True)
+        np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * (_size(a) + 1e-300), equal_nan=True)
         for a, b in zip(one, other, strict=True)
     )
+
+
+def _size(values: Array) -> float:
+    """The greatest magnitude of what is a number among ``values``; 0 where nothing is."""
+    return float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))

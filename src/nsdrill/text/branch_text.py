@@ -95,7 +95,8 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
     is_closed = bool(data["closed"].values[number])
     is_vertical = motion != EQUILIBRIUM and _is_vertical(values, attrs)
     parts, ways = _ways([] if is_vertical else stable_parts(unstable, labels), len(values), is_closed)
-    open_parts = [] if is_vertical else _runs(unstable == NOT_DECIDED)
+    bent = data["bends"].values[part] != 0 if "bends" in data else np.zeros(len(values), bool)
+    open_parts = [] if is_vertical else _runs((unstable == NOT_DECIDED) & ~bent)
     special = []
     for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
         meaning = meanings.get(int(labels[place]))
@@ -132,6 +133,7 @@ def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: M
         "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
         "stable_turns": [turns(values[way]) for way in ways],
         "not_decided": [[float(values[a]), float(values[b])] for a, b in open_parts],
+        "bends": [[float(np.min(values[a : b + 1])), float(np.max(values[a : b + 1]))] for a, b in _runs(bent)],
         "looked_between": motion != CIRCLE,
         "at_one_value": is_vertical,
         "special": special,
@@ -228,6 +230,8 @@ def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
 LEAST_VERTICAL = 5  # points of a family at one value of the number
 SLACK_VERTICAL = 1e-8  # of the range that is followed, within which that is one value
 AT_ONE_VALUE = "nowhere: a family at one value, as where energy is conserved; none attracts or repels its neighbours"
+BENT = "the equations bend at this equilibrium; bifurcations of it are not looked for, and runs beside it tell"
+ENDINGS_CUT = "as many points as"  # how it is said that a branch is cut off
 NOT_TOLD = "a multiplier lies on the unit circle within its error"
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
@@ -269,7 +273,8 @@ def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
     yield from _not_followed(s)
-    reasons = [one["end_reason"] for one in (*s["branches"], *s["curves"])]
+    # steps stay short where the equations bend, however many there are
+    reasons = [one["end_reason"] for one in (*s["branches"], *s["curves"]) if not one.get("bends")]
     for what, key in (("branch", "continue.points"), ("curve", "continue.curves.points")):
         if cut := sum(f"as {key} allows" in one for one in reasons):
             goes = "goes" if cut == 1 else "go"
@@ -313,13 +318,23 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
         if (more := len(branch["stable"]) - MAX_PARTS) > 0:
             stable += f" and {more} more"
         looked = "" if branch["looked_between"] or not stable else " (at its points)"
+        bent = _intervals(branch["bends"], lambda value: value_text(s["along"], value, units))
+        bent_text = f"stability not known {bent}: {BENT}" if bent else ""
         special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
-        otherwise = f"stable {AT_ONE_VALUE}" if branch["at_one_value"] else "" if branch["not_decided"] else "unstable"
+        otherwise = (
+            f"stable {AT_ONE_VALUE}"
+            if branch["at_one_value"]
+            else ""
+            if branch["not_decided"] or branch["bends"]
+            else "unstable"
+        )
         open_parts = _intervals(branch["not_decided"], lambda value: value_text(s["along"], value, units))
         open_text = f"stability not decided {open_parts}: {NOT_TOLD}" if open_parts else ""
         yield (
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
-            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else otherwise, open_text, special_text)))
+            + "; ".join(
+                filter(None, (f"stable {stable}{looked}" if stable else otherwise, open_text, bent_text, special_text))
+            )
         )
     yield from rest(s["branches"], MAX_ROWS, "branches")
     yield ""
@@ -363,14 +378,18 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             _way([text(first), *map(text, between), text(last)], [END_WORDS[end] for end in ends])
             for first, between, last, ends in _stable(branch)
         )
-        yield f"  stable         {stable or (AT_ONE_VALUE if branch['at_one_value'] else 'nowhere')}"
+        nowhere = AT_ONE_VALUE if branch["at_one_value"] else "not known" if branch["bends"] else "nowhere"
+        yield f"  stable         {stable or nowhere}"
         if branch["not_decided"]:
             yield f"  not decided    {_intervals(branch['not_decided'], text)}: {NOT_TOLD}"
+        if branch["bends"]:
+            yield f"  not known      {_intervals(branch['bends'], text)}: {BENT}"
         if stable and not branch["looked_between"]:
             yield "                 at its points; bifurcations between them are not looked for"
         elif any("point" in ends for ends in branch["stable_ends"]):
             yield "                 what ends it at its last point was not located, as at a kink of the equations"
-        yield f"  ends           {branch['end_reason']}"
+        short = "; steps stay short where the equations bend" if branch["bends"] else ""
+        yield f"  ends           {branch['end_reason']}{short if ENDINGS_CUT in branch['end_reason'] else ''}"
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
             name = special["label"].replace("_", " ")

@@ -10,6 +10,7 @@ from nsdrill.analysis.grades import unsettled_words
 from nsdrill.analysis.planes import UNJUDGED
 from nsdrill.analysis.probability import EVERY, safe_in_words, samples_text
 from nsdrill.data import (
+    BENT,
     ENDS_EARLY,
     FEW,
     NOT_CARRIED_RUN,
@@ -22,7 +23,7 @@ from nsdrill.data import (
     evenly_spaced,
 )
 from nsdrill.errors import count, printable
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, PULSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import BENDS, DULL, FEW_PEAKS, FEW_STATES, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described, showing
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import amount, quantity, short, sign
@@ -152,6 +153,8 @@ def _known_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
         yield f"  BEYOND the validity of the model: {beyond_words(beyond, sum(s['status'].values()))}"
     if back := s["turned_back"]:
         yield f"  TURNED BACK    {turned_back_words(back)}"
+    if bend := s[BENT]:
+        yield f"  BENDS          {bend.removeprefix(BENDS).strip()}"
     if pulse := s[PULSES]:
         yield f"  PULSE          {pulse.removeprefix(PULSE).strip()}"
     for one in ALL:

@@ -21,6 +21,7 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.trials import HELD, HELD_IN_CORNER, OFF_ROCK, Trials
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import (
+    BENT,
     DAMPING,
     ENDS_EARLY,
     FEW,
@@ -37,7 +38,7 @@ from nsdrill.errors import count
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.begin import begin_below
 from nsdrill.models.damped import HIGH, LOW, USUAL
-from nsdrill.models.numbers import DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, LUMPED, PULSE, TOO_SHORT, few_peaks
+from nsdrill.models.numbers import BENDS, DULL, FEW_PEAKS, FEW_STATES, LATE, LOOSE, LUMPED, PULSE, TOO_SHORT, few_peaks
 from nsdrill.models.registry import described
 from nsdrill.models.responses import RESPONSES, Response
 from nsdrill.quantity import quantity
@@ -236,6 +237,8 @@ def _of_file(summary: Answer, fmt: Formatter) -> Iterator[str]:
     yield from _of_severity(summary)
     yield from trial_words.other_code(tried)
     yield from trial_words.after_connection(tried)
+    if bend := summary[BENT]:
+        yield f"BENDS: {bend.removeprefix(BENDS).strip()}"
     if pulse := summary[PULSES]:
         yield f"PULSE: {pulse.removeprefix(PULSE).strip()}"
     if (spread := summary["spread"]) is not None:

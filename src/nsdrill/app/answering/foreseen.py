@@ -13,6 +13,7 @@ from nsdrill.analysis.graded import SLACK
 from nsdrill.app.answering.stick_slip_end import damping_of_torsion, mud_drives_whirl, stick_slip_lasts
 from nsdrill.app.check import (
     ShortObservation,
+    bent,
     dampings_of_torsion,
     deciding_numbers,
     few_states,
@@ -30,6 +31,7 @@ from nsdrill.app.check import (
 from nsdrill.app.experiment import with_samples
 from nsdrill.app.usual import far_from_usual
 from nsdrill.data import (
+    BENT,
     DAMPING,
     DAMPING_RATIOS,
     DECIDING,
@@ -79,7 +81,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
     wall: Answer | None = None
     beyond: Answer = {}
     lumped: dict[str, list[str]] = {}
-    pulse = unread = unusual = ""
+    pulse = unread = unusual = bend = ""
     try:
         study = with_samples(study_from_resolved(resolved_study(results.attrs)), results)
     except NsdrillError as error:
@@ -93,6 +95,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
             untold = not tells_what_lasts(study)
             short = short_observation(_where_drilled(part, results))
             uncut, few, pulse = nothing_cut(part), few_states(part), pulses(part)
+            bend = bent(part)
         with suppress(NsdrillError):
             damping = damping_of_torsion(results)
             ratios, decisive = damping_ratios(part), _deciding(part)
@@ -118,6 +121,7 @@ def of_study(results: Results) -> tuple[dict[str, str | int | float], bool]:
         WALL_OFF_BOTTOM: json_text(wall),
         STICKS_TO: json_text(lasts),
         PULSES: pulse,
+        BENT: bend,
         SHORT: json_text(short.told),
         SHORT_TO: short.to,
         UNCUT: json_text(uncut),

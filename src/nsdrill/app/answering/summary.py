@@ -26,6 +26,7 @@ from nsdrill.analysis.safety import counts_of, known_runs, measured_runs, measur
 from nsdrill.analysis.sticking import ENDS
 from nsdrill.analysis.unstable import unstable
 from nsdrill.data import (
+    BENT,
     ENDS_EARLY,
     FEW,
     IN_MEMORY,
@@ -120,6 +121,7 @@ def _summarize_results(results: Results) -> Answer:
         SHORT: _told(results, lambda study: checking.short_observation(study).told),
         UNCUT: _told(results, checking.nothing_cut),
         FEW: _told(results, checking.few_states),
+        BENT: "".join(_told(results, lambda study: {"": [checking.bent(study)]}).get("", ())),
         PULSES: "".join(_told(results, lambda study: {"": [checking.pulses(study)]}).get("", ())),
         "peaks_kept": results.peaks_kept,
         "beyond": beyond(results),

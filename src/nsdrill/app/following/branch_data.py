@@ -15,9 +15,11 @@ from nsdrill.analysis.bifurcations import (
     CIRCLE,
     CRITICALITY_NAMES,
     DOUBLING,
+    EQUILIBRIUM,
     FOLD,
     FOLLOWED,
     HOPF,
+    NOT_DECIDED,
     NOT_FOLLOWED,
     NOTHING_SPRINGS,
     SPRING_NAMES,
@@ -28,6 +30,7 @@ from nsdrill.analysis.bifurcations import (
     seed_text,
 )
 from nsdrill.app.experiment import provenance
+from nsdrill.app.following.bending import bending_of
 from nsdrill.app.following.seeding import RANGE_PARTS, ContinuationSetup, number_of
 from nsdrill.app.telling import Telling
 from nsdrill.data import Array, Attributes, json_text
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
 
 Variable = tuple[str | tuple[str, ...], Array, Attributes]  # dimensions, values and attributes
 CIRCLE_PERIODS = 200  # of a motion on an invariant circle, over which its features are measured
+BENT = "1 for an equilibrium at which the equations bend, whose stability no linear theory tells"
 UNSTABLE = 1e6  # largest multiplier of a motion that an integration still follows
 
 
@@ -159,7 +163,7 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
     rotation = f"rotation of an invariant circle over a {_periods(setup).removesuffix('s')}"
     outside = (
         "number of multipliers outside the unit circle; 0: stable; -1: not decided, as one lies on the circle within "
-        "its error; at a bifurcation that of its more stable side"
+        "its error, or the equations bend; at a bifurcation that of its more stable side"
     )
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
@@ -171,6 +175,15 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
         "flag_meanings": " ".join(CRITICALITY_NAMES.values()),
     }
     spring_flags = {"flag_values": np.array([*SPRING_NAMES], np.int8), "flag_meanings": " ".join(SPRING_NAMES.values())}
+    is_bent = bending_of(setup, flow)
+    bent = np.array(
+        [
+            branch.motion == EQUILIBRIUM and is_bent(entry.point.found)
+            for branch in found.branches
+            for entry in branch.marked
+        ]
+    )
+    unstable = np.where(bent, NOT_DECIDED, [*map(unstable_beside, entries, finer)])
     form = "coefficient of the normal form, in natural scales: of a Hopf bifurcation the first Lyapunov coefficient"
     return {
         "label": _counts("point", (entry.label for entry in entries), "kind of special point", np.int16, **flags),
@@ -187,7 +200,9 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
         "rotation_number": _numbers("point", [orbit.rotation for orbit in orbits], rotation, "rad"),
         "multiplier_real": _numbers(of_multiplier, multipliers.real, "Floquet multipliers, real parts"),
         "multiplier_imag": _numbers(of_multiplier, multipliers.imag, "Floquet multipliers, imaginary parts"),
-        "unstable": _counts("point", map(unstable_beside, entries, finer), outside, np.int16),
+        "unstable": _counts("point", unstable, outside, np.int16),
+        # only where there are any: files of other equations are as they were
+        **({"bends": _counts("point", bent, BENT, np.int8)} if bent.any() else {}),
         "arclength": _numbers("point", [point.s for point in points], "arclength from the branch's begin"),
         "iterations": _counts("point", iterations, "iterations of Newton's method", np.int16),
         "residual": _numbers("point", [point.residual for point in points], "residual in natural scales"),

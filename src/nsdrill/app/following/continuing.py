@@ -19,6 +19,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import seed_text
 from nsdrill.analysis.counts import driving_in_parts, driving_words
 from nsdrill.analysis.own_contacts import creeping_in_parts, creeping_words
+from nsdrill.app.following.bending import bending_of
 from nsdrill.app.following.branch_data import dataset_of, with_curves
 from nsdrill.app.following.orbits import ITS_STUDY, OrbitPoint, check_study, orbit_point, settings_for
 from nsdrill.app.following.seeding import (
@@ -209,6 +210,7 @@ def _orders(setup: ContinuationSetup, flow: Flow) -> Orders:
         "rolling" in motions,
         grazes_of(setup.study, flow),
         {"both": 0, "up": 1, "down": -1}[continuation.direction],
+        bending_of(setup, flow),
     )
 
 

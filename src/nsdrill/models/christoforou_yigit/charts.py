@@ -74,8 +74,8 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drive_laws.Wave | None]:
         with_drive = with_values(parameters, {"drive.kind": kind})
         drilling = drilling_at(with_drive, operation)
-        slope = drilling.withstood
-        if kind in ("ideal", "lqr"):
+        slope = drilling.slope_held
+        if kind in ("ideal", "lqr") or drilling.bends:
             return slope, None
         law, motor = linear_of(with_drive, k, drilling)
         return slope, reflection(law, float(impedance(with_drive)), frequency, motor)

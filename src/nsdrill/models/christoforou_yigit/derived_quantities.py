@@ -233,7 +233,9 @@ def _drive(parameters: Parameters, drilling: Drilling, k: Coefficients) -> dict[
     reflected = reflection(law, pipe, drilling.frequency, motor)
     quantities = {"pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe")}
     by_torque = None if drive.electric else law
-    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque)
+    return quantities | quantities_of_drive(
+        drive, drilling.matrix, drilling.torque, reflected, by_torque, bends=drilling.bends
+    )
 
 
 def mean_torque(parameters: Parameters, operation: Operation) -> float:

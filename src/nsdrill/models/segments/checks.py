@@ -249,7 +249,9 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         bit = cutting_at(parameters, operation)
         quantities = cutting.without_fall(quantities) | cutting.quantities(bit)
         quantities |= cutting.stability(bit, drilling.string)
-    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, law, MODES)
+    return quantities | quantities_of_drive(
+        drive, drilling.matrix, drilling.torque, reflected, law, MODES, bends=drilling.bends
+    )
 
 
 def _waves(parameters: Parameters, depth: float) -> dict[str, DerivedQuantity]:
@@ -436,8 +438,8 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
             with_kind = with_values(with_kind, {"drive.gains": None})
         string = string_of(with_kind, operation.depth)
         drilling = drilling_at(with_kind, operation)
-        slope = drilling.withstood
-        if kind == "ideal":
+        slope = drilling.slope_held
+        if kind == "ideal" or drilling.bends:
             return slope, None
         law, circuit = drive_impedance(with_kind, string, drilling)
         return slope, reflection(law, pipe, frequency, circuit)
