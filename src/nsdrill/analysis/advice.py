@@ -41,6 +41,7 @@ from nsdrill.analysis.untried import (
 from nsdrill.analysis.vibrating import Vibration
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
+from nsdrill.models.in_force import in_force
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 from nsdrill.records import dataclass
@@ -270,6 +271,10 @@ class Surface:
     whirling: float | None = None
     acceleration: float | None = None
     least_acceleration: float | None = None
+    free_acceleration: float | None = None
+    """The r.m.s. lateral acceleration at the point [m/s^2], with nothing that vibrates."""
+    alarm_acceleration: float | None = None
+    """Above which acceleration [m/s^2] the study calls a whirl severe, whatever the runs show."""
     off_bottom: float | None = None
     """The torque of the string off bottom at the speed of the point [N m], where nothing rubs
     along the hole: all torques here are above that at their speed, as a gauge that is
@@ -1315,7 +1320,11 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: sl
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    shocks = acceleration, least_shocks
+    free_shocks = alarm = None
+    if acceleration is not None:
+        free_shocks = float(of("lateral_acceleration_rms", free)[cell])
+        alarm = in_force(maps.results.attrs).get("whirl", {}).get("severe_acceleration")
+    shocks = acceleration, least_shocks, free_shocks, alarm
     places = {axis: here[axis] for axis in ("depth", "wob") if axis in (maps.x, maps.y, maps.third)}
     return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at, places)  # type: ignore[arg-type]
 
@@ -1639,6 +1648,8 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
                     ("least_acceleration", seen.least_acceleration, "lateral_acceleration_rms"),
+                    ("free_acceleration", seen.free_acceleration, "lateral_acceleration_rms"),
+                    ("alarm_acceleration", seen.alarm_acceleration, "lateral_acceleration_rms"),
                 )
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},

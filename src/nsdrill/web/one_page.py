@@ -75,8 +75,16 @@ from nsdrill.words.answer import (
     would_help,
 )
 from nsdrill.words.labels import quantity, written
-from nsdrill.words.orders import MOST, NOT_FREE, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, corner_words, ways_words
+from nsdrill.words.orders import MOST, NOT_FREE, UNTIL_CHANGED, Orders
+from nsdrill.words.trial_words import (
+    best_trials,
+    best_words,
+    change_words,
+    changed_part,
+    corner_words,
+    ended_in,
+    ways_words,
+)
 from nsdrill.words.values import ORDER, Formatter, in_order, of_severity, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
@@ -288,7 +296,8 @@ def _given(one: Sheet) -> Given:
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
     have = f"Have the {changed if one.drills else 'model or the map changed and run again'}."
-    do = do or helps or [have]
+    if not do:
+        do = [*(helps or [have])[: MOST - 1], *([UNTIL_CHANGED] if one.drills else [])]
     if one.orders.is_withdrawn and not helps:
         do = [have, *do]
     confirm = one.orders.to_confirm(_with_control(one), MOST - len(do))
@@ -892,6 +901,7 @@ OF_GRADES = {
     Grade.STICKS_ON: "stick-slip may last",
     Grade.FROM_SOME: "only some starts free,",
 }
+NO_TRIALS = "NO TRIALS: ways in and disturbances were not tried."
 JUMPED = "(?)"  # before what is brought up by steps that may jump across a vibration
 
 
@@ -999,7 +1009,10 @@ def _of_model(one: Sheet) -> list[str]:
 def _told_of_trials(one: Sheet) -> list[str]:
     """How the ways in of the trials ended."""
     found = one.advice.trials
-    ways = [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
+    if found is None and one.advice.kind not in (Kind.NOTHING, Kind.UNKNOWN) and not one.advice.is_no_order:
+        return [NO_TRIALS]
+    ended = f"; not free: {ended}" if found is not None and (ended := ended_in(found)) else ""
+    ways = [f"TRIALS: {ways_words(found)}{ended}."] if found is not None and found.trials else []
     return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 

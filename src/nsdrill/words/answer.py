@@ -753,9 +753,10 @@ def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: I
     for one in summary["lasting_motions"]:
         lasts = lasts_above(one, at.get("wob"))
         if one["name"] in names and one["from"] is None and lasts and lasts[0] < speed:
+            unsafe = summary["answer"].is_no_order  # beside which nothing may be called safe
+            which = "what runs show there holds only while" if unsafe else "the best point is safe only while"
             yield (
-                f"{one['told']} {fmt.above(one['axis'], lasts)}: the best point is safe only while "
-                f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
+                f"{one['told']} {fmt.above(one['axis'], lasts)}: {which} {one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
                 "initial.ensemble=64) show how likely that is."
             )
 
