@@ -494,7 +494,7 @@ def test_stick_slip_that_gives_way_to_whirl_has_not_ended():
     assert "15 klbf 110 to 120 whirl from 90" in said
     assert "80 to 90" not in said
     unknown = words(told(results, [None] * 5))
-    assert "15 klbf not known, met at 110 whirl from 90" in unknown
+    assert "15 klbf not known, met at 110 when started there whirl from 90" in unknown
     assert "not known to which speed stick-slip, once started, lasts at" in unknown
     assert "TO WHICH SPEED STICK-SLIP LASTS is not known" in unknown
 

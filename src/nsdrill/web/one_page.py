@@ -91,6 +91,7 @@ PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
 OF_A_RIG = ("Well", "Rig")  # fields that what does not drill leaves out where they are empty
 CONFIRM = "TO CONFIRM, {}"  # a heading, with what the setting is not for
+KEPT = 2  # warnings, which are printed on the fullest sheet too
 MAX_ROWS = 9  # of the table of limits
 SAME = 1e-9  # by how much, relatively, equal values of an axis differ
 MAX_STUDIED = 330  # characters of what was studied, but for what is never cut
@@ -220,18 +221,23 @@ def one_page(
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
-    small = [*_told_of_trials(first), *told[: shown_first(told)], *_told_of_others(sheets, names), _rest(told, first)]
+
+    def small_print(shown: int) -> list[str]:
+        return [*_told_of_trials(first), *told[:shown], *_told_of_others(sheets, names), _rest(told, first, shown)]
+
     is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
     switched = _switched(sheets, names)
     above += [*names, *([switched] if switched else [])]  # headings of orders, and what stands below them
-    scale, room = _scale(
-        paper,
-        [one.columns for one in given],
-        small,
+    cells, others_too = (
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_notes(sheets, names)],
     )
+    for shown in range(shown_first(told), -1, -1):  # what has no room is counted: a second sheet is not read
+        small = small_print(shown)
+        scale, room = _scale(paper, [one.columns for one in given], small, cells, others_too)
+        if room >= LEAST_MAP or shown <= KEPT:
+            break
     now = first.orders.as_it_is
     beside_now = f" ({now})" if now else ""
     is_setting = _is_setting(first)
@@ -290,7 +296,8 @@ def _given(one: Sheet) -> Given:
     if one.orders.is_withdrawn:
         do = [*helps[: MOST - len(do)], *do]
     if one.advice.kind == Kind.UNKNOWN:
-        do = [f"Have the runs that failed or are missing run again{' before drilling' if one.drills else ''}."]
+        before = " before drilling" if one.drills else ""
+        do = [f"Have the runs that failed or are missing run again{before}{_failed(one)}."]
         do_not = [f"Do not {'drill' if one.drills else 'work'} by this page: it names no limit."]
     if do and one.advice.kind == Kind.HINT and not one.orders.is_withdrawn:  # whose orders have it
         do = [do[0], *helps[:1], *do[1:]][:MOST]
@@ -302,6 +309,13 @@ def _given(one: Sheet) -> Given:
         do = [have, *do]
     confirm = one.orders.to_confirm(_with_control(one), MOST - len(do))
     return Given(do, CONFIRM.format(one.orders.not_yet), confirm, do_not, one.orders.as_it_is)
+
+
+def _failed(one: Sheet) -> str:
+    """How many runs failed or are missing, and of which file: whoever runs them again needs no command here."""
+    found = one.window
+    told = [f"{found[key]} {words}" for key, words in (("failed", "failed"), ("pending", "are missing")) if found[key]]
+    return f": of {found['of']} in {Path(one.path).name} {' and '.join(told)}" if told else ""
 
 
 def _marks(names: Sequence[str]) -> list[str]:
@@ -827,6 +841,25 @@ def _notes(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             f"weight, and vibrate where the map is free, as at {corners} (\N{MULTIPLICATION SIGN} in the map); what "
             "is ordered keeps away from both."
         )
+    for one, name in zip(sheets, names, strict=True):
+        if reasons := _reasons(one):
+            yield f"{f'{name}: ' if len(sheets) > 1 else ''}{reasons}."
+
+
+def _reasons(one: Sheet) -> str:
+    """Why what to stay within ends where it does, of the ends that no order tells: each limit has its reason."""
+    if not _has_orders(one):
+        return ""
+    orders, told, fmt = one.orders, [], one.fmt
+    ordered = " ".join(orders.do_not())
+    for axis, ends in one.advice.stay_within.items():
+        inwards = fmt.inwards(axis, ends.low, ends.high)
+        for way, end, border in zip(("below", "above"), inwards, (ends.below, ends.above), strict=True):
+            why = orders.beyond(axis, border)
+            if ends.low < ends.high and border is not None and not (why and why in ordered):
+                is_told = not why and way == "above" and axis in one.advice.most  # nothing is known above
+                told += [] if is_told else [f"{way} {fmt.value(axis, end)}, {why or 'nothing was run'}"]
+    return f"Limits: {'; '.join(told)}" if told else ""
 
 
 def _headings(sheets: Sequence[Sheet]) -> list[str]:
@@ -982,10 +1015,10 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 # What stands below.
 
 
-def _rest(told: Sequence[str], one: Sheet) -> str:
+def _rest(told: Sequence[str], one: Sheet, shown: int) -> str:
     """The limits of validity, how many runs it rests on, and how many warnings are left
     out."""
-    left = len(told) - shown_first(told)
+    left = len(told) - shown
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
     by_response = DECISIVE_ON_SURFACE if leaves_a_surface(one.results.attrs) else DECISIVE
     decisive = ", ".join(words for name, words in by_response.items() if name in one.responses)
@@ -1020,7 +1053,7 @@ def _told_of_others(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[s
     """How the trials of the second file ended, and of what its report warns."""
     for one, name in zip(sheets[1:], names[1:], strict=True):
         told = [
-            *_told_of_trials(one),
+            *(text for text in _told_of_trials(one) if text not in _told_of_trials(sheets[0])),  # once that none were
             *([f"WARNINGS: {'; '.join(found)}."] if (found := headlines(one.window, one.units)) else []),
         ]
         yield from (f"{name[:1].upper()}{name[1:]}: {text}" for text in told)
@@ -1051,7 +1084,7 @@ def _origin(attrs: Attributes) -> str:
 
 # What is largest that fits on the sheet: heights in mm of lines at the first scale, and
 # how many characters they have.
-SCALES = (1.0, 0.92, 0.84, 0.76)
+SCALES = (1.0, 0.92, 0.84, 0.76, 0.72)
 LINE, COLUMN = 4.4, 51
 SMALL_LINE, WIDE = 3.2, 128
 ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it

@@ -407,7 +407,7 @@ class Orders(Words):
         within, limit = self.advice.stay_within.get(axis), self.advice.most[axis]
         less = ""
         if within is not None and within.high < limit.value:  # as within is what is free after any history
-            less = f"; {self._beyond(axis, within.above)}"
+            less = f"; {self.beyond(axis, within.above)}"
         yield f"Do not exceed {self.fmt.named(axis, most[0])}: {most[1]}{less}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
@@ -417,7 +417,7 @@ class Orders(Words):
             return
         one = self.advice.stay_within[axis]
         low, high = self.fmt.inwards(axis, one.low, one.high)
-        what = self._beyond(axis, border)
+        what = self.beyond(axis, border)
         if low == high:
             if way == "above" or axis == self.along:
                 beside = f": {what}, and nothing between was run" if what else ""

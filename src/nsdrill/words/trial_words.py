@@ -83,9 +83,9 @@ def disturbed(found: Trials | None, verbs_of: Callable[[Iterable[str]], str]) ->
 
 
 def ended_in(found: Trials) -> str:
-    """In what the ways in ended that did not end free, with how many: ``whirl 7, stick-slip 1``; "" of none."""
-    ends = Counter(outcome_words(one) for one in found.ways_in() if one.outcome.is_bad)
-    return ", ".join(f"{words} {number}" for words, number in ends.most_common())
+    """In what the ways in ended that did not end free, with how many: ``whirl (7), stick-slip (1)``; "" of none."""
+    ends = Counter(outcome_words(one).replace(", ", " + ") for one in found.ways_in() if one.outcome.is_bad)
+    return ", ".join(f"{words} ({number})" for words, number in ends.most_common())
 
 
 def outcome_words(one: Trial) -> str:

@@ -721,11 +721,11 @@ class Words:
                 if border and border.grade == Grade.STALLED and border.value is not None:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
-                    return self._beyond(axis, border)
+                    return self.beyond(axis, border)
         if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
             return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
-            return self._beyond(self.along, one)
+            return self.beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
             return "the map ends beside it, extend it to learn more"
         along = self.advice.stay_within[self.along]
@@ -852,9 +852,9 @@ class Words:
         ends = "the sweep" if axis == self.along else "the map"
         if self.chain is not None and axis == self.carried:
             ends = "this part of the sweep"
-        low = self._beyond(axis, below) or f"{ends} begins at {self.fmt.value(axis, one.low)}"
+        low = self.beyond(axis, below) or f"{ends} begins at {self.fmt.value(axis, one.low)}"
         last = "" if axis == self.along else f" at {self.fmt.value(axis, one.high)}"  # of that "known to" tells it
-        high = self._beyond(axis, above) or f"{ends} ends{last}, extend it to learn more"
+        high = self.beyond(axis, above) or f"{ends} ends{last}, extend it to learn more"
         if axis not in _SIDES:
             return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
         less, more = _SIDES[axis]
@@ -890,9 +890,9 @@ class Words:
         limit = self.advice.most.get(axis)
         if limit is None or self.advice.is_no_order:
             return None
-        return self.last(axis, limit.value), self._beyond(axis, limit.beyond) or NOTHING_ABOVE
+        return self.last(axis, limit.value), self.beyond(axis, limit.beyond) or NOTHING_ABOVE
 
-    def _beyond(self, axis: str, border: Border | None) -> str:
+    def beyond(self, axis: str, border: Border | None) -> str:
         """What lies beyond an end; empty where nothing does."""
         if border is None or border.value is None:
             return ""
@@ -1226,7 +1226,7 @@ class Words:
         if bound is None or border is None or bound >= border or found.at < one.low:
             return ()
         low, _ = self.fmt.inwards(found.axis, one.low, one.high)
-        return self.fmt.value(found.axis, low), self._beyond(found.axis, one.below)
+        return self.fmt.value(found.axis, low), self.beyond(found.axis, one.below)
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:

@@ -356,7 +356,7 @@ class Window:
         if np.any(allowed & ~unsettled):
             yield area_entry(words, hatch=REVOKED_HATCH, **style)
         if np.any(allowed & unsettled):
-            yield area_entry(f"{words} (red: a point that had not settled)", hatch=UNSETTLED_HATCH, **style)
+            yield area_entry(f"{words}, itself not settled", hatch=UNSETTLED_HATCH, **style)
 
     def lines(self) -> list[Artist]:
         """The legend entry of lines of equal rate."""
