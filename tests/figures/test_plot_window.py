@@ -94,6 +94,20 @@ def test_green_that_nobody_may_take_as_leave_is_pale_and_hatched(both, is_withdr
     assert words not in legend_words(figure)
 
 
+def test_a_cell_that_is_withdrawn_and_had_not_settled_has_one_hatch(both):
+    """Red and black lines crossed over each other, a grey texture that read as neither."""
+    found = find_window(both)["answer"]
+    results = replace(both, variables={**both.variables, "settled": np.zeros_like(both["settled"])})
+    unsettled = replace(found, unsettled=Unsettled(points=1, of=4, here=False, beside=0, short=False))
+    [axes] = maps(figure := figures.draw(results, "window", tried=unsettled))
+    allowed, at = classes(results).grades.allowed[0], (both["rotary_speed"], both["wob"] / 1e3)
+    [area], [black] = artists(axes, "revoked:unsettled"), artists(axes, "unsettled")
+    np.testing.assert_array_equal(covered(area, *at), allowed)
+    np.testing.assert_array_equal(covered(black, *at), classes(results).unsettled[0] & ~allowed)
+    assert not artists(axes, "revoked")
+    assert "not settled: not to drill by, itself not settled" in legend_words(figure)
+
+
 def test_white_hatching_is_free_only_when_lowered(both):
     [axes] = maps(figures.draw(both, "window"))
     up = both["response"][0, 0].astype(int)

@@ -430,6 +430,19 @@ class Advice:
         return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
 
     @property
+    def nearer_limit(self) -> Stretch | None:
+        """What to stay within, where its lower limit is met sooner than what bounds the lowering that ends a
+        vibration, as where trials draw it in; None where it is not, or where a vibration ends below it."""
+        found = self.recover
+        one = self.stay_within.get(found.axis) if found is not None else None
+        if found is None or found.at is None or one is None or one.below is None or found.at < one.low:
+            return None
+        held = found.free_to if found.held_to is not None else None
+        bound = found.bound.value if found.bound is not None else held
+        border = one.below.value
+        return None if bound is None or border is None or bound >= border else one
+
+    @property
     def is_without_way_in(self) -> bool:
         """Whether no way in to it can be relied on: trials withdrew it, or none is known. Then nothing is ordered
         beside that: nothing never to exceed, and nothing that ends a vibration and comes in again."""
@@ -1610,6 +1623,8 @@ def data_of(advice: Advice, along: str) -> Answer:
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
     if (end := advice.recover) is not None:
+        nearer = advice.nearer_limit
+        bound = end.bound if nearer is None else nearer.below
         found["recover"] = {
             "outcome": str(end.outcome),
             "axis": end.axis,
@@ -1619,7 +1634,8 @@ def data_of(advice: Advice, along: str) -> Answer:
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,
-            "bound": end.bound and _data_of_border(end.axis, end.bound),
+            "bound": bound and _data_of_border(end.axis, bound),
+            "not_below": None if nearer is None else {end.axis: nearer.low},
             "free_to": None if end.free_to is None else {end.axis: end.free_to},
             "held_to": None if end.held_to is None else {end.axis: end.held_to},
             "raised": list(end.raised),

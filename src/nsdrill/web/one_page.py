@@ -836,10 +836,11 @@ def _notes(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             continue
         corners = " and ".join(dict.fromkeys(corner_words(trial, one.fmt) for trial in found.bad_corners[:2]))
         whose = f"{name}: s" if len(sheets) > 1 else "S"
+        marked = " (\N{MULTIPLICATION SIGN} in the map)" if one is sheets[0] else ""  # whose map it is
+        bad = "vibrate" if any(trial.responses for trial in found.bad_corners) else "stall"
         yield (
-            f"{whose}tick-slip and next limit: each speed held, in the map. Trials raise and lower the speed or the "
-            f"weight, and vibrate where the map is free, as at {corners} (\N{MULTIPLICATION SIGN} in the map); what "
-            "is ordered keeps away from both."
+            f"{whose}tick-slip and next limit: each point of the map held. Trials raise and lower the speed or the "
+            f"weight, and {bad} where the map is free, as at {corners}{marked}; what is ordered leaves both out."
         )
     for one, name in zip(sheets, names, strict=True):
         if reasons := _reasons(one):

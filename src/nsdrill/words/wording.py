@@ -1217,16 +1217,13 @@ class Words:
 
     def _nearer_limit(self) -> tuple[str, ...]:
         """The lower limit of what to stay within, and why it is one, where it is met sooner than what bounds the
-        lowering: trials draw it in, and two numbers for one order contradict each other. Empty where it is not."""
-        found = self.advice.recover
-        one = self.advice.stay_within.get(found.axis) if found is not None else None
-        if found is None or found.bound is None or one is None or one.below is None or found.at is None:
+        lowering: two numbers for one order contradict each other. Empty where it is not."""
+        one = self.advice.nearer_limit
+        if one is None or self.advice.recover is None:
             return ()
-        bound, border = found.bound.value, one.below.value
-        if bound is None or border is None or bound >= border or found.at < one.low:
-            return ()
-        low, _ = self.fmt.inwards(found.axis, one.low, one.high)
-        return self.fmt.value(found.axis, low), self.beyond(found.axis, one.below)
+        axis = self.advice.recover.axis
+        low, _ = self.fmt.inwards(axis, one.low, one.high)
+        return self.fmt.value(axis, low), self.beyond(axis, one.below)
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:
