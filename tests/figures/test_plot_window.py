@@ -127,9 +127,11 @@ def test_what_had_not_settled_is_hatched_as_on_other_maps(both):
     assert not any("not settled" in words for words in legend_words(figures.draw(both, "window")))
     both.variables["settled"][0, 0, 2:5, 3:9] = 0  # on the way up, that in
     [axes] = maps(figure := figures.draw(both, "window"))
-    [hatched] = artists(axes, "unsettled")
-    area = covered(hatched, both["rotary_speed"], both["wob"] / 1e3)
-    np.testing.assert_array_equal(area, both["settled"][0, 0] == 0)
+    [black], [red] = artists(axes, "unsettled"), artists(axes, "revoked:unsettled")  # of what is allowed, which is pale
+    at = both["rotary_speed"], both["wob"] / 1e3
+    unsettled, allowed = both["settled"][0, 0] == 0, classes(both).grades.allowed[0]
+    np.testing.assert_array_equal(covered(black, *at), unsettled & ~allowed)
+    np.testing.assert_array_equal(covered(red, *at), unsettled & allowed)
     assert "not settled (18 of 105)" in legend_words(figure)
 
 

@@ -48,7 +48,7 @@ def test_a_lowering_is_bounded_by_what_is_met_first(at, bound, low, told):
     assert (f"not to {bound} rpm, where it sticks" in text) == (not told)
     found = data_of(orders.advice, "rotary_speed")["recover"]
     assert found["not_below"] == ({"rotary_speed": rpm(low)} if told else None), "the data say what the words say"
-    assert found["bound"]["rotary_speed"] == pytest.approx(rpm(low - 5 if told else bound))
+    assert found["bound"]["at"]["rotary_speed"] == pytest.approx(rpm(low - 5 if told else bound))
 
 
 def test_trials_beside_held_speeds_say_why_they_differ():
