@@ -335,7 +335,7 @@ def test_what_runs_alone_show_of_stick_slip_is_no_end_of_it():
     words = words_of(summary, "si")
     border = words.advice.lines["rotary_speed"].below
     assert border.grade == Grade.STICKS_ON
-    assert words._beyond("rotary_speed", border).endswith(
+    assert words.beyond("rotary_speed", border).endswith(
         "stick-slip, once started, lasts at least to 4 rad/s (38.2 rpm) in this sweep"
     )
     first = list(warnings(summary, "si"))[:MOST_WARNINGS]

@@ -37,7 +37,7 @@ def test_points_outside_are_not_allowed_nor_recommended():
     assert ends.low == pytest.approx(100 * RPM)
     assert (ends.below.outside, ends.below.grade) == (True, None)
     assert all(row["safe"] == [[SPEEDS[3], SPEEDS[6]]] for row in found["maps"][0]["rows"])
-    assert "at 90 rpm it is not drilled, as asked" in " ".join(words_of(found, "field").lines())
+    assert "the range given to drill in is 100 to 130 rpm" in " ".join(words_of(found, "field").lines())
     assert "DRILLED WITHIN speed 100 to 130 rpm only: 15 other points" in next(iter(warnings(found, "field")))
     plain = plain_window(found, "si")
     assert plain["answer"]["stay_within"]["rotary_speed"]["below"]["outside"] is True

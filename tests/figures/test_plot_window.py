@@ -94,6 +94,20 @@ def test_green_that_nobody_may_take_as_leave_is_pale_and_hatched(both, is_withdr
     assert words not in legend_words(figure)
 
 
+def test_a_cell_that_is_withdrawn_and_had_not_settled_has_one_hatch(both):
+    """Red and black lines crossed over each other, a grey texture that read as neither."""
+    found = find_window(both)["answer"]
+    results = replace(both, variables={**both.variables, "settled": np.zeros_like(both["settled"])})
+    unsettled = replace(found, unsettled=Unsettled(points=1, of=4, here=False, beside=0, short=False))
+    [axes] = maps(figure := figures.draw(results, "window", tried=unsettled))
+    allowed, at = classes(results).grades.allowed[0], (both["rotary_speed"], both["wob"] / 1e3)
+    [area], [black] = artists(axes, "revoked:unsettled"), artists(axes, "unsettled")
+    np.testing.assert_array_equal(covered(area, *at), allowed)
+    np.testing.assert_array_equal(covered(black, *at), classes(results).unsettled[0] & ~allowed)
+    assert not artists(axes, "revoked")
+    assert "not settled: not to drill by, itself not settled" in legend_words(figure)
+
+
 def test_white_hatching_is_free_only_when_lowered(both):
     [axes] = maps(figures.draw(both, "window"))
     up = both["response"][0, 0].astype(int)
@@ -113,9 +127,11 @@ def test_what_had_not_settled_is_hatched_as_on_other_maps(both):
     assert not any("not settled" in words for words in legend_words(figures.draw(both, "window")))
     both.variables["settled"][0, 0, 2:5, 3:9] = 0  # on the way up, that in
     [axes] = maps(figure := figures.draw(both, "window"))
-    [hatched] = artists(axes, "unsettled")
-    area = covered(hatched, both["rotary_speed"], both["wob"] / 1e3)
-    np.testing.assert_array_equal(area, both["settled"][0, 0] == 0)
+    [black], [red] = artists(axes, "unsettled"), artists(axes, "revoked:unsettled")  # of what is allowed, which is pale
+    at = both["rotary_speed"], both["wob"] / 1e3
+    unsettled, allowed = both["settled"][0, 0] == 0, classes(both).grades.allowed[0]
+    np.testing.assert_array_equal(covered(black, *at), unsettled & ~allowed)
+    np.testing.assert_array_equal(covered(red, *at), unsettled & allowed)
     assert "not settled (18 of 105)" in legend_words(figure)
 
 

@@ -236,7 +236,7 @@ def test_what_is_not_known_is_no_none():
     """Runs that failed do not show that there is no stick-slip."""
     said = words(made(WALL, up=["xxxxxxx"] * 5))
     assert "No answer: of no point is enough known" in said
-    assert "Have the runs that failed or are missing run again before drilling." in said
+    assert "Have the runs that failed or are missing run again before drilling: of " in said
     assert "Do not drill by this page" in said
     assert "10 klbf not known not known from 70 not known" in said
     assert "none" not in said

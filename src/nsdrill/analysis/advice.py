@@ -41,6 +41,7 @@ from nsdrill.analysis.untried import (
 from nsdrill.analysis.vibrating import Vibration
 from nsdrill.data import Answer, Array
 from nsdrill.models.choices import in_words, words_along
+from nsdrill.models.in_force import in_force
 from nsdrill.models.registry import responses_in
 from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL, Response
 from nsdrill.records import dataclass
@@ -271,6 +272,10 @@ class Surface:
     whirling: float | None = None
     acceleration: float | None = None
     least_acceleration: float | None = None
+    free_acceleration: float | None = None
+    """The r.m.s. lateral acceleration at the point [m/s^2], with nothing that vibrates."""
+    alarm_acceleration: float | None = None
+    """Above which acceleration [m/s^2] the study calls a whirl severe, whatever the runs show."""
     off_bottom: float | None = None
     """The torque of the string off bottom at the speed of the point [N m], where nothing rubs
     along the hole: all torques here are above that at their speed, as a gauge that is
@@ -424,6 +429,22 @@ class Advice:
         after a pick up and tag as well."""
         tried = self.trials
         return tried is not None and (tried.withdraws or (self.narrow and tried.bad_tag is not None))
+
+    @property
+    def nearer_limit(self) -> Stretch | None:
+        """What to stay within, where its lower limit is met sooner than what bounds the lowering that ends a
+        vibration, as where trials draw it in; None where it is not, or where a vibration ends below it, or so near to
+        it that the speed could not be held between the two."""
+        found = self.recover
+        one = self.stay_within.get(found.axis) if found is not None else None
+        if found is None or found.at is None or one is None or one.below is None:
+            return None
+        if found.at - one.low < float(tolerance(found.axis, np.array([0.0, found.at]))[1]) * ENOUGH:
+            return None
+        held = found.free_to if found.held_to is not None else None
+        bound = found.bound.value if found.bound is not None else held
+        border = one.below.value
+        return None if bound is None or border is None or bound >= border else one
 
     @property
     def is_without_way_in(self) -> bool:
@@ -1316,7 +1337,11 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: sl
         least, most = (float(of(f"surface_torque_{end}", free)[cell]) - off_bottom for end in ("min", "max"))
         swing = (least, most) if most - least > STEADY * abs(torque) else None
     above = None if drag is None else off_bottom
-    shocks = acceleration, least_shocks
+    free_shocks = alarm = None
+    if acceleration is not None:
+        free_shocks = float(of("lateral_acceleration_rms", free)[cell])
+        alarm = in_force(maps.results.attrs).get("whirl", {}).get("severe_acceleration")
+    shocks = acceleration, least_shocks, free_shocks, alarm
     places = {axis: here[axis] for axis in ("depth", "wob") if axis in (maps.x, maps.y, maps.third)}
     return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at, places)  # type: ignore[arg-type]
 
@@ -1602,6 +1627,8 @@ def data_of(advice: Advice, along: str) -> Answer:
             "from_weight": None if way.from_weight is None else {"wob": way.from_weight},
         }
     if (end := advice.recover) is not None:
+        nearer = advice.nearer_limit
+        bound = end.bound if nearer is None else nearer.below
         found["recover"] = {
             "outcome": str(end.outcome),
             "axis": end.axis,
@@ -1611,7 +1638,8 @@ def data_of(advice: Advice, along: str) -> Answer:
             "responses": list(end.responses),
             "then": list(end.then),
             "may": end.may,
-            "bound": end.bound and _data_of_border(end.axis, end.bound),
+            "bound": bound and _data_of_border(end.axis, bound),
+            "not_below": None if nearer is None else {end.axis: nearer.low},
             "free_to": None if end.free_to is None else {end.axis: end.free_to},
             "held_to": None if end.held_to is None else {end.axis: end.held_to},
             "raised": list(end.raised),
@@ -1640,6 +1668,8 @@ def data_of(advice: Advice, along: str) -> Answer:
                     ("whirling", seen.whirling, torque),
                     ("acceleration", seen.acceleration, "lateral_acceleration_rms"),
                     ("least_acceleration", seen.least_acceleration, "lateral_acceleration_rms"),
+                    ("free_acceleration", seen.free_acceleration, "lateral_acceleration_rms"),
+                    ("alarm_acceleration", seen.alarm_acceleration, "lateral_acceleration_rms"),
                 )
             },
             "sticking": seen.sticking and {"axis": torque, "from": seen.sticking[0], "to": seen.sticking[1]},

@@ -79,14 +79,23 @@ from nsdrill.words.answer import (
 )
 from nsdrill.words.deciding_words import deciding_words
 from nsdrill.words.labels import quantity, written
-from nsdrill.words.orders import MOST, NOT_FREE, Orders
-from nsdrill.words.trial_words import best_trials, best_words, change_words, changed_part, corner_words, ways_words
+from nsdrill.words.orders import MOST, NOT_FREE, UNTIL_CHANGED, Orders
+from nsdrill.words.trial_words import (
+    best_trials,
+    best_words,
+    change_words,
+    changed_part,
+    corner_words,
+    ended_in,
+    ways_words,
+)
 from nsdrill.words.values import ORDER, Formatter, in_order, of_severity, reached
 
 PAPERS = {"A4": 297.0, "letter": 279.4}  # heights [mm]
 MARGIN = 9.0  # mm, above and below
 OF_A_RIG = ("Well", "Rig")  # fields that what does not drill leaves out where they are empty
 CONFIRM = "TO CONFIRM, {}"  # a heading, with what the setting is not for
+KEPT = 2  # warnings, which are printed on the fullest sheet too
 MAX_ROWS = 9  # of the table of limits
 SAME = 1e-9  # by how much, relatively, equal values of an axis differ
 CHANGED = " (changed for this run)"
@@ -211,19 +220,24 @@ def one_page(
     rows = list(_rows(sheets))
     others = [f"{name}: {one.orders.sentence()}" for one, name in zip(sheets[1:], names[1:], strict=True)]
     beside = "".join(f"<div class='beside'>{escaped(text)}</div>" for text in others)
-    small = [*_told_of_trials(first), *told[: shown_first(told)], *_told_of_others(sheets, names), _rest(told, first)]
+
+    def small_print(shown: int) -> list[str]:
+        return [*_told_of_trials(first), *told[:shown], *_told_of_others(sheets, names), _rest(told, first, shown)]
+
     is_named_hint = first.orders.is_to_confirm and not first.orders.caveat  # the caveat says so itself
     above = [*([names[0], *others] if len(sheets) > 1 else []), *([CONFIRM] if is_named_hint else [])]
     switched = _switched(sheets, names)
     above += [*names, *([switched] if switched else [])]  # headings of orders, and what stands below them
     head = _studied(sheets, names)
-    scale, room = _scale(
-        paper,
-        [one.columns for one in given],
-        [*small, head[MAX_STUDIED:]],
+    cells, others_too = (
         [["", *len(sheets) * _headings(sheets)], *_cells(sheets, rows)],
         [*above, *_notes(sheets, names)],
     )
+    for shown in range(shown_first(told), -1, -1):  # what has no room is counted: a second sheet is not read
+        small = small_print(shown)
+        scale, room = _scale(paper, [one.columns for one in given], [*small, head[MAX_STUDIED:]], cells, others_too)
+        if room >= LEAST_MAP or shown <= KEPT:
+            break
     now = first.orders.as_it_is
     beside_now = f" ({now})" if now else ""
     is_setting = _is_setting(first)
@@ -282,17 +296,26 @@ def _given(one: Sheet) -> Given:
     if one.orders.is_withdrawn:
         do = [*helps[: MOST - len(do)], *do]
     if one.advice.kind == Kind.UNKNOWN:
-        do = [f"Have the runs that failed or are missing run again{' before drilling' if one.drills else ''}."]
+        before = " before drilling" if one.drills else ""
+        do = [f"Have the runs that failed or are missing run again{before}{_failed(one)}."]
         do_not = [f"Do not {'drill' if one.drills else 'work'} by this page: it names no limit."]
     if do and one.advice.kind == Kind.HINT and not one.orders.is_withdrawn:  # whose orders have it
         do = [do[0], *helps[:1], *do[1:]][:MOST]
     changed = "assembly, the drive or the map changed and run again before drilling"
     have = f"Have the {changed if one.drills else 'model or the map changed and run again'}."
-    do = do or helps or [have]
+    if not do:
+        do = [*(helps or [have])[: MOST - 1], *([UNTIL_CHANGED] if one.drills else [])]
     if one.orders.is_withdrawn and not helps:
         do = [have, *do]
     confirm = one.orders.to_confirm(_with_control(one), MOST - len(do))
     return Given(do, CONFIRM.format(one.orders.not_yet), confirm, do_not, one.orders.as_it_is)
+
+
+def _failed(one: Sheet) -> str:
+    """How many runs failed or are missing, and of which file: whoever runs them again needs no command here."""
+    found = one.window
+    told = [f"{found[key]} {words}" for key, words in (("failed", "failed"), ("pending", "are missing")) if found[key]]
+    return f": of {found['of']} in {Path(one.path).name} {' and '.join(told)}" if told else ""
 
 
 def _marks(names: Sequence[str]) -> list[str]:
@@ -859,11 +882,31 @@ def _notes(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[str]:
             continue
         corners = " and ".join(dict.fromkeys(corner_words(trial, one.fmt) for trial in found.bad_corners[:2]))
         whose = f"{name}: s" if len(sheets) > 1 else "S"
+        marked = " (\N{MULTIPLICATION SIGN} in the map)" if one is sheets[0] else ""  # whose map it is
+        bad = "vibrate" if any(trial.responses for trial in found.bad_corners) else "stall"
         yield (
-            f"{whose}tick-slip and next limit: each speed held, in the map. Trials raise and lower the speed or the "
-            f"weight, and vibrate where the map is free, as at {corners} (\N{MULTIPLICATION SIGN} in the map); what "
-            "is ordered keeps away from both."
+            f"{whose}tick-slip and next limit: each point of the map held. Trials raise and lower the speed or the "
+            f"weight, and {bad} where the map is free, as at {corners}{marked}; what is ordered leaves both out."
         )
+    for one, name in zip(sheets, names, strict=True):
+        if reasons := _reasons(one):
+            yield f"{f'{name}: ' if len(sheets) > 1 else ''}{reasons}."
+
+
+def _reasons(one: Sheet) -> str:
+    """Why what to stay within ends where it does, of the ends that no order tells: each limit has its reason."""
+    if not _has_orders(one):
+        return ""
+    orders, told, fmt = one.orders, [], one.fmt
+    ordered = " ".join(orders.do_not())
+    for axis, ends in one.advice.stay_within.items():
+        inwards = fmt.inwards(axis, ends.low, ends.high)
+        for way, end, border in zip(("below", "above"), inwards, (ends.below, ends.above), strict=True):
+            why = orders.beyond(axis, border)
+            if ends.low < ends.high and border is not None and not (why and why in ordered):
+                is_told = not why and way == "above" and axis in one.advice.most  # nothing is known above
+                told += [] if is_told else [f"{way} {fmt.value(axis, end)}, {why or 'nothing was run'}"]
+    return f"Limits: {'; '.join(told)}" if told else ""
 
 
 def _headings(sheets: Sequence[Sheet]) -> list[str]:
@@ -938,6 +981,7 @@ OF_GRADES = {
     Grade.STICKS_ON: "stick-slip may last",
     Grade.FROM_SOME: "only some starts free,",
 }
+NO_TRIALS = "NO TRIALS: ways in and disturbances were not tried."
 JUMPED = "(?)"  # before what is brought up by steps that may jump across a vibration
 
 
@@ -1018,10 +1062,10 @@ def _limits(one: Sheet, row: int) -> tuple[str, str, str]:
 # What stands below.
 
 
-def _rest(told: Sequence[str], one: Sheet) -> str:
+def _rest(told: Sequence[str], one: Sheet, shown: int) -> str:
     """The limits of validity, how many runs it rests on, and how many warnings are left
     out."""
-    left = len(told) - shown_first(told)
+    left = len(told) - shown
     more = f" {count(left, 'more warning')} in the report." if left > 0 else ""
     decide = deciding_words(deciding_in(one.results.attrs), one.responses)
     estimates = f" {decide}" if decide else ""
@@ -1043,7 +1087,10 @@ def _of_model(one: Sheet) -> list[str]:
 def _told_of_trials(one: Sheet) -> list[str]:
     """How the ways in of the trials ended."""
     found = one.advice.trials
-    ways = [f"TRIALS: {ways_words(found)}."] if found is not None and found.trials else []
+    if found is None and one.advice.kind not in (Kind.NOTHING, Kind.UNKNOWN) and not one.advice.is_no_order:
+        return [NO_TRIALS]
+    ended = f"; not free: {ended}" if found is not None and (ended := ended_in(found)) else ""
+    ways = [f"TRIALS: {ways_words(found)}{ended}."] if found is not None and found.trials else []
     return [*ways, *filter(None, [best_trials(found, one.maps.x, one.fmt)])]
 
 
@@ -1051,7 +1098,7 @@ def _told_of_others(sheets: Sequence[Sheet], names: Sequence[str]) -> Iterator[s
     """How the trials of the second file ended, and of what its report warns."""
     for one, name in zip(sheets[1:], names[1:], strict=True):
         told = [
-            *_told_of_trials(one),
+            *(text for text in _told_of_trials(one) if text not in _told_of_trials(sheets[0])),  # once that none were
             *([f"WARNINGS: {'; '.join(found)}."] if (found := headlines(one.window, one.units)) else []),
         ]
         yield from (f"{name[:1].upper()}{name[1:]}: {text}" for text in told)
@@ -1082,7 +1129,7 @@ def _origin(attrs: Attributes) -> str:
 
 # What is largest that fits on the sheet: heights in mm of lines at the first scale, and
 # how many characters they have.
-SCALES = (1.0, 0.92, 0.84, 0.76)
+SCALES = (1.0, 0.92, 0.84, 0.76, 0.72)
 LINE, COLUMN = 4.4, 51
 SMALL_LINE, WIDE = 3.2, 128
 ROW_LINE, ROW_GAP = 3.9, 0.7  # of the table and of what stands above it

@@ -587,16 +587,19 @@ def _of_part(chain: Answer | None, fmt: Formatter) -> Iterator[str]:
         )
 
 
+AGAIN = "nsdrill run STUDY -o FILE --retry-failed runs them again."
+
+
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:
     """Runs that failed, those that came after one in a chain, and those whose checks
     failed."""
     if failed := summary["failed"]:
         points = count(summary["points_with_failed"], "point")
-        meaning = ". No window goes there."
+        meaning = f". No window goes there. {AGAIN}"
         if summary["confidence"] is not None:
             meaning = (
                 ", unknown: they count neither as safe nor as unsafe in shares; a setting needs its confidence "
-                "without them."
+                f"without them. {AGAIN}"
             )
         yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}{meaning}"
     if after := summary["after_failure"]:
@@ -762,10 +765,12 @@ def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter, names: I
     for one in summary["lasting_motions"]:
         lasts = lasts_above(one, at.get("wob"))
         if one["name"] in names and one["from"] is None and lasts and lasts[0] < speed:
+            unsafe = summary["answer"].is_no_order  # beside which nothing may be called safe
+            which = "what runs show there holds only while" if unsafe else "the best point is safe only while"
             yield (
-                f"{one['told']} {fmt.above(one['axis'], lasts)}: the best point is safe only while "
-                f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
-                "initial.ensemble=64) show how likely that is."
+                f"{one['told']} {fmt.above(one['axis'], lasts)}: {which} {one['safe_while']}. "
+                "Many starts of every point (--set sweep.procedure=same --set initial.ensemble=64) show how likely "
+                "that is."
             )
 
 

@@ -9,13 +9,15 @@ from itertools import islice
 from nsdrill.analysis.advice import STICKS_ON, UNSTABLE, Border, First, Kind, Recovery, WayIn
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.trials import SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial
-from nsdrill.words.trial_words import corner_words, disturbances, slowed_to, ways_words
+from nsdrill.words.trial_words import corner_words, disturbances, ended_in, slowed_to, ways_words
 from nsdrill.words.values import TORQUE, in_order
 from nsdrill.words.wording import CUT_SHORT, Words, listed, period_words
 
 MOST = 5
+UNTIL_CHANGED = "Until then do not drill ahead: pick up, or circulate, as the office decides."
 FAR = 1.5  # times the highest speed of a setting: a critical speed above that is of no concern
-FAINT = 0.8 * 9.80665  # m/s^2: shocks that drilling without whirl gives as well
+G = 9.80665  # m/s^2
+FAINT = 0.8 * G  # m/s^2: shocks that drilling without whirl gives as well
 BIT_BOUNCE = "bit_bounce"
 NOT_FREE = {  # of points that are free in the runs, why they are not
     STICKS_ON: "stick-slip, once started, may last",
@@ -91,8 +93,9 @@ class Orders(Words):
         told = ""
         if found is not None and ways:
             is_any = any(one.outcome == Outcome.FREE for one in ways)
-            told = f" In trials: {ways_words(found)}." if is_any else " No way in ended free in trials."
-        yield f"Until then do not drill ahead: pick up, or circulate, as the office decides.{told}"
+            ends = f": they ended in {ended}" if (ended := ended_in(found)) else ""
+            told = f" In trials: {ways_words(found)}." if is_any else f" No way in ended free in trials{ends}."
+        yield f"{UNTIL_CHANGED}{told}"
 
     def _steps(self, before: str) -> Iterator[str]:
         """The way in, what to stay within, what to watch, and what ends a vibration."""
@@ -175,15 +178,27 @@ class Orders(Words):
             text += f" If it swings ({swings}{period}, as met{met}) it is stick-slip: {cure}."
         yield text
         if seen.whirling is not None and seen.least_acceleration is not None:
-            shocks, torque = f"{seen.least_acceleration / 9.80665:.1f} g r.m.s.", fmt.on_gauge(TORQUE, seen.whirling)
+            shocks, torque = f"{seen.least_acceleration / G:.1f} g r.m.s.", fmt.on_gauge(TORQUE, seen.whirling)
             torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
-            text = f"Watch the shocks downhole: {shocks} or more is whirl. The torque does not show it ({torque})."
+            text = f"Watch the shocks downhole: {self._shocks(shocks)}. The torque does not show it ({torque})."
             if seen.least_acceleration < FAINT:
                 text = f"Whirl shows neither in the torque ({torque}) nor in the shocks downhole ({shocks} and more)."
             yield text
 
         if self._bounces():
             yield "Watch the weight indicator and top drive: if they shake, the bit bounces. At depth they may not."
+
+    def _shocks(self, whirl: str) -> str:
+        """What shocks are there free of vibration and in ``whirl``, and between both above which to pick up, as
+        far as the runs tell it: the least of whirl alone is late for an alarm."""
+        seen = self.advice.surface
+        if seen is None or seen.free_acceleration is None:
+            return f"{whirl} or more is whirl"
+        free, alarm = seen.free_acceleration / G, (seen.alarm_acceleration or 0.0) / G
+        text = f"free of vibration {free:.2g} g r.m.s., in whirl {whirl.removesuffix(' r.m.s.')} or more"
+        if free < alarm < (seen.least_acceleration or 0.0) / G:
+            text += f"; above {alarm:.1f} g pick up"
+        return text
 
     def _bounces(self) -> bool:
         """Whether the map met bit-bounce beside the limits, or on the way to the setting."""
@@ -392,7 +407,7 @@ class Orders(Words):
         within, limit = self.advice.stay_within.get(axis), self.advice.most[axis]
         less = ""
         if within is not None and within.high < limit.value:  # as within is what is free after any history
-            less = f"; {self._beyond(axis, within.above)}"
+            less = f"; {self.beyond(axis, within.above)}"
         yield f"Do not exceed {self.fmt.named(axis, most[0])}: {most[1]}{less}."
 
     def _beyond_end(self, axis: str, border: Border | None, way: str) -> Iterator[str]:
@@ -402,7 +417,7 @@ class Orders(Words):
             return
         one = self.advice.stay_within[axis]
         low, high = self.fmt.inwards(axis, one.low, one.high)
-        what = self._beyond(axis, border)
+        what = self.beyond(axis, border)
         if low == high:
             if way == "above" or axis == self.along:
                 beside = f": {what}, and nothing between was run" if what else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 
 from nsdrill.analysis.trials import (
@@ -75,16 +76,17 @@ def slowed_to(found: Trials | None, fmt: Formatter) -> str:
 
 
 def disturbed(found: Trials | None, verbs_of: Callable[[Iterable[str]], str]) -> str:
-    """By what trial the setting vibrates, in a few words: ``knocked off the rock in a trial it bounces``, or of the
-    ways in how many do; "" where by none."""
+    """By what trial but of ways in the setting vibrates, in a few words: ``knocked off the rock in a trial it
+    bounces``; "" where by none."""
     bad = [one for one in found.trials if one.outcome.is_bad] if found is not None else []
     others = [one for one in bad if one.way not in (Way.IN, Way.CORNER) and one.name != SLOWED]
-    ways = [one for one in bad if one.way == Way.IN]
-    if others:
-        return f"{others[0].name} in a trial it {verbs_of(others[0].responses) or 'stalls'}"
-    if found is not None and ways:
-        return f"in {len(ways)} of {count(len(found.ways_in()), 'way')} in it {verbs_of(ways[0].responses) or 'stalls'}"
-    return ""
+    return f"{others[0].name} in a trial it {verbs_of(others[0].responses) or 'stalls'}" if others else ""
+
+
+def ended_in(found: Trials) -> str:
+    """In what the ways in ended that did not end free, with how many: ``whirl (7), stick-slip (1)``; "" of none."""
+    ends = Counter(outcome_words(one).replace(", ", " + ") for one in found.ways_in() if one.outcome.is_bad)
+    return ", ".join(f"{words} ({number})" for words, number in ends.most_common())
 
 
 def outcome_words(one: Trial) -> str:

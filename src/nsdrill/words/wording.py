@@ -24,7 +24,7 @@ from nsdrill.analysis.advice import (
 )
 from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.room import ENOUGH, tolerance
-from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, free_from
+from nsdrill.analysis.trials import ON_WALL, SPEED_FIRST, WEIGHT_FIRST, Outcome, Trial, free_from
 from nsdrill.analysis.untried import Jump
 from nsdrill.data import Answer
 from nsdrill.errors import count
@@ -342,14 +342,15 @@ class Words:
     def _shared(self) -> str:
         """Of many samples, or of many starts."""
         told = trial_words.disturbed(self.advice.trials, self.verbs_of)
-        after = f"; {told}" if told else ""
+        ways = [f"{text[0].lower()}{text[1:]}" for text in self._of_ways_in()]
+        afters = [f"; {text}" for text in ([told] if told else ways)]
         if self.is_of_starts:
             limits = ((self.free, self.within()), ("free", self.within()), ("free", self.ends(self.along)))
             texts = [f"Run at {self.setting()}: {free} from {self._percent()}, at {within}" for free, within in limits]
-            return first_short(*(f"{one}{after}." for one in texts), f"{texts[0]}.")
+            return first_short(*(f"{one}{after}." for after in afters or [""] for one in texts), f"{texts[0]}.")
         begin = self.bring().rstrip(",") if self.is_brought_up else f"run at {self.setting()}, {self.how}"
         text = f"{begin[0].upper()}{begin[1:]}; {self.free} with {self._percent()}. Stay within {self.within()}"
-        return first_short(*([f"{text}{after}."] if after else []), f"{text}.")
+        return first_short(*(f"{text}{after}." for after in afters), f"{text}.")
 
     @property
     def is_of_starts(self) -> bool:
@@ -550,8 +551,9 @@ class Words:
             return first_short(*texts, f"{go} {brief} it {verbs}.", f"{go} Slowly{begun or ' within that'} it {verbs}.")
         tried = self.advice.trials.ways_in() if self.advice.trials is not None else []
         if not self.advice.slowly_at and any(one.outcome == Outcome.FREE for one in tried):
-            bad = sum(one.outcome.is_bad for one in tried)
-            return f"{go} In {bad} of {len(tried)} ways in it {verbs}; {motion} {end}." if bad else go
+            told = self._of_ways_in()
+            ends = f"; {motion} {end}"
+            return first_short(*(f"{go} {text}{rest}." for text in told for rest in (ends, ""))) if told else go
         joined = f"{slowly.removesuffix(',')}{begun}{',' if slowly.endswith(',') else ''}"
         whole = f"{go} {joined} it {verbs}; {motion} {end}."
         if is_weight:
@@ -562,6 +564,41 @@ class Words:
             f"{go} {joined} it {verbs}.",
             f"{go} Slowly{begun} it {verbs}.",
         )
+
+    def _of_ways_in(self) -> tuple[str, ...]:
+        """Which ways in of trials vibrate, whole and in brief: of those that are ordered none and the others in which
+        manner, ``All 53 ways in as ordered ended free; weight first it whirls in 5 of 6``; none where none does."""
+        found = self.advice.trials
+        ways = found.ways_in() if found is not None else []
+        bad = [one for one in ways if one.outcome.is_bad]
+        if not bad:
+            return ()
+        verbs = self.verbs_of(bad[0].responses) or "stalls"
+        ordered = [one for one in ways if not self._unlike_orders(one)]
+        if not ordered or any(one.outcome != Outcome.FREE for one in ordered):
+            return (f"In {len(bad)} of {count(len(ways), 'way')} in it {verbs}",)
+        manners = listed(list(dict.fromkeys(self._unlike_orders(one) for one in bad)), "or")
+        same = [one for one in ways if self._unlike_orders(one) in {self._unlike_orders(each) for each in bad}]
+        free = "The one way in as ordered" if len(ordered) == 1 else f"All {len(ordered)} ways in as ordered"
+        share = f"in {len(bad)} of {len(same)}"
+        return (
+            f"{free} ended free; {manners} it {verbs} {share}",
+            f"As ordered {'all' if len(ordered) > 1 else 'it'} ended free; {manners} it {verbs} {share}",
+            f"As ordered it is free; {manners} it {verbs}",
+        )
+
+    def _unlike_orders(self, one: Trial) -> str:
+        """In which manner a way in of trials differs from the one that is ordered; "" of one that does not."""
+        way = self.advice.way_in
+        if way is None or way.first == First.NONE:
+            return ""
+        name = WEIGHT_FIRST if way.first == First.WEIGHT else SPEED_FIRST
+        if one.name != name:
+            return one.name
+        rate = one.rate or 0.0
+        if way.rate and rate < way.rate * (1.0 - 1e-9):
+            return "slower"
+        return "faster" if way.most and rate > way.most * (1.0 + 1e-9) else ""
 
     def begun(self) -> str:
         """From where what is raised slowly vibrates: `` from below 60 rpm``, of the first value of the sweep `` from 60
@@ -684,11 +721,11 @@ class Words:
                 if border and border.grade == Grade.STALLED and border.value is not None:
                     return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
                 if border and border.grade == Grade.UNKNOWN and border.value is not None:
-                    return self._beyond(axis, border)
+                    return self.beyond(axis, border)
         if (self.advice.room or 0.0) >= ENOUGH:  # within what is allowed, but by different ways in
             return "beside it are points that are free by another way in only"
         if (one := self.advice.beside) is not None and one.beside is not None:
-            return self._beyond(self.along, one)
+            return self.beyond(self.along, one)
         if len(self.axes) > 1 and "depth" not in self.axes and self.advice.narrow:
             return "the map ends beside it, extend it to learn more"
         along = self.advice.stay_within[self.along]
@@ -815,9 +852,9 @@ class Words:
         ends = "the sweep" if axis == self.along else "the map"
         if self.chain is not None and axis == self.carried:
             ends = "this part of the sweep"
-        low = self._beyond(axis, below) or f"{ends} begins at {self.fmt.value(axis, one.low)}"
+        low = self.beyond(axis, below) or f"{ends} begins at {self.fmt.value(axis, one.low)}"
         last = "" if axis == self.along else f" at {self.fmt.value(axis, one.high)}"  # of that "known to" tells it
-        high = self._beyond(axis, above) or f"{ends} ends{last}, extend it to learn more"
+        high = self.beyond(axis, above) or f"{ends} ends{last}, extend it to learn more"
         if axis not in _SIDES:
             return f"{quantity(axis).words.capitalize()}, less: {low}. More: {high}."
         less, more = _SIDES[axis]
@@ -853,9 +890,9 @@ class Words:
         limit = self.advice.most.get(axis)
         if limit is None or self.advice.is_no_order:
             return None
-        return self.last(axis, limit.value), self._beyond(axis, limit.beyond) or NOTHING_ABOVE
+        return self.last(axis, limit.value), self.beyond(axis, limit.beyond) or NOTHING_ABOVE
 
-    def _beyond(self, axis: str, border: Border | None) -> str:
+    def beyond(self, axis: str, border: Border | None) -> str:
         """What lies beyond an end; empty where nothing does."""
         if border is None or border.value is None:
             return ""
@@ -863,7 +900,7 @@ class Words:
         if border.beside is not None:
             at += f" and {self.fmt.named(border.beside[0], self.fmt.value(*border.beside))}"
         if border.outside and border.grade is None and not border.is_unsettled:
-            return f"{at} it is not drilled, as asked"
+            return self._outside(axis, border.value)
         if border.outside:
             at += ", not drilled,"
         verbs = self.verbs_of(border.responses)
@@ -901,6 +938,15 @@ class Words:
             return f"{at} it is near a limit" + (f": {down} it {verbs}" if verbs else "")
         than = " more than is allowed" if verbs and self.severity else ""
         return f"{at} it {verbs or 'is critical'}{than}"
+
+    def _outside(self, axis: str, value: float) -> str:
+        """Why what is free beyond an end is no leave: the range given to drill in, with its ends."""
+        ends = (self.drilled or {"ranges": {}})["ranges"].get(axis)
+        doing = "drill" if self.drills else "work"
+        if ends is None or ends["from"] <= value <= ends["to"]:
+            return f"{self.fmt.value(axis, value)} is outside the range given to {doing} in"
+        given = self.fmt.named(axis, self.fmt.range(axis, [ends["from"], ends["to"]]))
+        return f"the range given to {doing} in is {given}"
 
     def _known_of(self, border: Border, verbs: str, down: str) -> str:
         """What is known of a point of which not all is: `` it whirls, and a start there is not known to be safe``."""
@@ -1171,16 +1217,13 @@ class Words:
 
     def _nearer_limit(self) -> tuple[str, ...]:
         """The lower limit of what to stay within, and why it is one, where it is met sooner than what bounds the
-        lowering: trials draw it in, and two numbers for one order contradict each other. Empty where it is not."""
-        found = self.advice.recover
-        one = self.advice.stay_within.get(found.axis) if found is not None else None
-        if found is None or found.bound is None or found.at is None or one is None or not one.below.by_trial:
+        lowering: two numbers for one order contradict each other. Empty where it is not."""
+        one = self.advice.nearer_limit
+        if one is None or self.advice.recover is None:
             return ()
-        bound, border = found.bound.value, one.below.value
-        if bound is None or border is None or bound >= border or found.at < one.low:
-            return ()
-        low, _ = self.fmt.inwards(found.axis, one.low, one.high)
-        return self.fmt.value(found.axis, low), self._beyond(found.axis, one.below)
+        axis = self.advice.recover.axis
+        low, _ = self.fmt.inwards(axis, one.low, one.high)
+        return self.fmt.value(axis, low), self.beyond(axis, one.below)
 
     def _there(self, bound: Border) -> str:
         if bound.grade == Grade.UNKNOWN:

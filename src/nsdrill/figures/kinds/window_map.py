@@ -31,6 +31,7 @@ from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.figures.area_names import name_regions
 from nsdrill.figures.cells import (
     RATE_OF_PENETRATION,
+    UNSETTLED_HATCH,
     cover,
     draw_equal_rates,
     draw_field,
@@ -179,15 +180,21 @@ class Window:
         else:
             colours = [zone.colour for zone in self.zones]
             draw_codes(axes, cells, codes, colours, "window", "cells")
-            hatch(axes, cells, codes == STARTED, STARTED_HATCH, FIELD_BORDER, "started")
+            started = codes == STARTED
+            if self.revoked:
+                started &= ~self.maps.grades.allowed[number]
+            hatch(axes, cells, started, STARTED_HATCH, FIELD_BORDER, "started")
             hatch(axes, cells, codes == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
             hatch(axes, cells, self.lowered[number], LOWERED_HATCH, "white", "lowered", width=HATCH_WIDTH)
             hatch(axes, cells, self.jumped[number], JUMPED_HATCH, BLACK, "jumped")
-        if self.revoked:
+        unsettled = self.maps.unsettled[number]
+        if self.revoked:  # each cell has one hatch: two over each other are a grey texture that nobody reads
             allowed = self.maps.grades.allowed[number]
             cover(axes, cells, allowed, "revoked:veil", facecolors=(1.0, 1.0, 1.0, REVOKED_VEIL))
-            hatch(axes, cells, allowed, REVOKED_HATCH, REVOKED_EDGE, "revoked")
-        hatch_unsettled(axes, cells, self.maps.unsettled[number])
+            hatch(axes, cells, allowed & ~unsettled, REVOKED_HATCH, REVOKED_EDGE, "revoked")
+            hatch(axes, cells, allowed & unsettled, UNSETTLED_HATCH, REVOKED_EDGE, "revoked:unsettled")
+            unsettled = unsettled & ~allowed
+        hatch_unsettled(axes, cells, unsettled)
         draw_field(axes, cells, self.maps.grades.allowed[number])
         if self._has_rates:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
@@ -335,12 +342,21 @@ class Window:
             if np.any(self.jumped):
                 how = "not known when brought up: steps may jump across a vibration"
                 yield area_entry(how, facecolor="white", hatch=JUMPED_HATCH, **BORDER)
-        if self.revoked and self.maps.grades.allowed.any():
-            words = f"{self.revoked.lower()}: {words_of(self.numbers, self.units).not_yet}"
-            yield area_entry(words, facecolor="white", hatch=REVOKED_HATCH, edgecolor=REVOKED_EDGE, linewidth=0.4)
+        if self.revoked:
+            yield from self._entries_of_revoked()
         if unsettled := int(np.count_nonzero(self.maps.unsettled)):
             yield unsettled_entry(unsettled, self.maps.unsettled.size)
         yield from self._entries_of_points()
+
+    def _entries_of_revoked(self) -> Iterator[Artist]:
+        """The entries of what nobody may take as leave, with the hatch of each."""
+        allowed, unsettled = self.maps.grades.allowed, self.maps.unsettled
+        words = f"{self.revoked.lower()}: {words_of(self.numbers, self.units).not_yet}"
+        style: Properties = {"facecolor": "white", "edgecolor": REVOKED_EDGE, "linewidth": 0.4}
+        if np.any(allowed & ~unsettled):
+            yield area_entry(words, hatch=REVOKED_HATCH, **style)
+        if np.any(allowed & unsettled):
+            yield area_entry(f"{words}, itself not settled", hatch=UNSETTLED_HATCH, **style)
 
     def lines(self) -> list[Artist]:
         """The legend entry of lines of equal rate."""
