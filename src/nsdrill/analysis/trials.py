@@ -276,8 +276,8 @@ class Change:
 
     @property
     def _is_of_one_damping(self) -> bool:
-        """Whether a lower damping of torsion that is usual leaves it no room."""
-        return self.holds_usual is False or (self.low is not None and not self.low.has_room)
+        """Whether a usual damping of torsion leaves it no room where that of the study is unusual."""
+        return self.holds_usual is False
 
     @property
     def less_with_low(self) -> Change | None:

@@ -129,8 +129,9 @@ def change_words(change: Change, found: Trials, along: str, fmt: Formatter, *, b
         and all(one.outcome == Outcome.FREE for one in change.inside if one.name != SLOWED)
     )
     does = f"{'would' if is_sure else 'may'} free {free}"
+    nothing = f" (nothing with damping {LOW:g})" if change.low is not None and not change.low.has_room else ""
     if brief:  # what holds with either damping
-        return f"{change.words} {does}{' (poor)' if poor else ''}"
+        return f"{change.words} {does}{' (poor)' if poor else ''}{nothing}"
     effort = "" if change.name == OTHER_BIT else f", {change.effort.words},"
     return f"{change.words}{effort} {does}{_with_damping(change, along, fmt)}{poor}"
 
