@@ -163,7 +163,7 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found, as_kept
     rotation = f"rotation of an invariant circle over a {_periods(setup).removesuffix('s')}"
     outside = (
         "number of multipliers outside the unit circle; 0: stable; -1: not decided, as one lies on the circle within "
-        "its error, or the equations bend; at a bifurcation that of its more stable side"
+        "its error; at a bifurcation that of its more stable side"
     )
     iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
     states = np.stack([orbit.state for orbit in orbits])
