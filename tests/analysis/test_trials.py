@@ -183,7 +183,9 @@ def test_what_was_withdrawn_is_not_ordered():
     found = confirmed(POINT, Trials(ways("www", "wwww")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
     [now] = orders.do()
-    assert now.endswith("pick up, or circulate, as the office decides. No way in ended free in trials: they ended in whirl (7).")
+    assert now.endswith(
+        "pick up, or circulate, as the office decides. No way in ended free in trials: they ended in whirl (7)."
+    )
     why = "at 22.5 klbf and 100 rpm, the best, none of 7 ways in ended free in trials."
     assert orders.do_not() == [f"Do not drill at any setting of this map: {why}"]
 
