@@ -183,7 +183,9 @@ def test_what_was_withdrawn_is_not_ordered():
     found = confirmed(POINT, Trials(ways("www", "wwww")))
     orders = Orders(found, ("rotary_speed", "wob"), "field", ("up", "down"))
     [now] = orders.do()
-    assert now.endswith("pick up, or circulate, as the office decides. No way in ended free in trials.")
+    assert now.endswith(
+        "pick up, or circulate, as the office decides. No way in ended free in trials: they ended in whirl (7)."
+    )
     why = "at 22.5 klbf and 100 rpm, the best, none of 7 ways in ended free in trials."
     assert orders.do_not() == [f"Do not drill at any setting of this map: {why}"]
 
@@ -312,7 +314,7 @@ def test_what_ends_in_another_vibration_is_worse_than_what_ends_free_lower_down(
             (*ways("...", "...."), knock(VIBRATES, ("bit_bounce",), OFF_ROCK)),
             "knocked off the rock in a trial it bounces",
         ),
-        (ways("...", "w..."), "in 1 of 7 ways in it whirls"),
+        (ways("...", "w..."), "as ordered it is free; slower it whirls"),
     ],
 )
 def test_a_share_of_starts_follows_what_trials_showed(trials, told):
@@ -769,7 +771,7 @@ def test_a_quick_start_says_how_the_slow_ways_ended():
     """The map whirls on its slow way up; two slow trials are free, and the sentence does not deny it."""
     quick = replace(POINT, kind=Kind.QUICK_START, grade=Grade.FROM_START, slowly=("whirl",))
     assert "it whirls;" in sentence(quick)
-    assert "In 3 of 7 ways in it whirls;" in sentence(confirmed(quick, Trials(ways("...", "www."))))
+    assert "As ordered it is free; speed first it whirls." in sentence(confirmed(quick, Trials(ways("...", "www."))))
 
 
 def test_a_sentence_without_words_for_where_it_whirls_slowly_says_that_it_does():

@@ -75,7 +75,7 @@ def test_runs_that_failed_are_counted_with_their_file_and_the_report_names_the_c
     assert "run again before drilling: of 70 in x.h5 70 failed." in said
     assert "--retry-failed" not in said.partition("DO NOT")[0], "no command for a rig"
     told = " ".join(warnings(find_window(results), "field"))
-    assert "nsdrill run STUDY -o FILE --retry-failed runs them again." in told
+    assert "nsdrill run --retry-failed STUDY -o FILE runs them again." in told
 
 
 def test_a_page_of_two_drives_without_trials_says_so():

@@ -587,7 +587,7 @@ def _of_part(chain: Answer | None, fmt: Formatter) -> Iterator[str]:
         )
 
 
-AGAIN = "nsdrill run STUDY -o FILE --retry-failed runs them again."
+AGAIN = "nsdrill run --retry-failed STUDY -o FILE runs them again."
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:
