@@ -46,9 +46,7 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
     )
     assert "bit.surface_amplitude" in told
     graded = early_text([{**lobed, "dry": {"value": 1.2 * FOLD, "units": "rad/s"}}], "field")
-    assert (
-        "gives 101.7 to 103.7 rpm with the smoothed friction of the runs, and to 122 rpm by dry friction." in graded
-    )
+    assert "gives 101.7 to 103.7 rpm with the smoothed friction of the runs, and to 122 rpm by dry friction." in graded
     smooth = {**only, **place, "lobes": 0, "surface_amplitude": {"value": 0.0, "units": "m"}}
     alone = early_text([smooth], "field")
     assert "so a step of the sweep ended it" in alone

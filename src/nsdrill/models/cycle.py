@@ -121,6 +121,7 @@ def lasting(
     fine = coarse / np.clip(np.ceil(coarse * np.max(-slopes, axis=1, initial=0.0) / FOLLOWED), FINE, FINEST)
     rises = np.arange(last) < peak[:, None]
     rest = np.where(rises & (slopes > RISING / fine[:, None]), np.arange(1, last + 1), 0).max(axis=1)
+    falls = np.max(speeds[:, 1:], axis=1, initial=0.0, where=slopes < -FOLLOWED / coarse[:, None])
     beyond = _beyond(speeds, torques, rest, stiffness / per_inertia, speed)
     # a bit that is slower rests, so that a step which ends there must not see the torque fall
     most = torques[lanes, rest]
@@ -156,7 +157,7 @@ def lasting(
         leaves=most,
         edge=edge,
         peak=of_peak - speed,
-        slow=of_peak - speed + SLOW * speed,
+        slow=np.maximum(of_peak + SLOW * speed, falls) - speed,
         row=-matrix[:, bit] / column[:, bit, None],
         across=across,
         first=first,
