@@ -45,6 +45,8 @@ def test_an_end_below_nine_tenths_of_the_fold_is_told():
         "STICK-SLIP ENDS EARLY on the way up: at 25 klbf by 85 rpm; torsion alone gives 101.7 to 103.7 rpm. "
     )
     assert "bit.surface_amplitude" in told
+    graded = early_text([{**lobed, "dry": {"value": 1.2 * FOLD, "units": "rad/s"}}], "field")
+    assert "gives 101.7 to 103.7 rpm with the smoothed friction of the runs, and to 122 rpm by dry friction." in graded
     smooth = {**only, **place, "lobes": 0, "surface_amplitude": {"value": 0.0, "units": "m"}}
     alone = early_text([smooth], "field")
     assert "so a step of the sweep ended it" in alone

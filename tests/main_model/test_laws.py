@@ -236,7 +236,7 @@ def test_stick_slip_of_every_law_lasts_to_the_fold_of_its_cycle(friction, wob):
         ("ideal", 66.72, 9.47),
         ("stiff", 66.72, 9.13),
         ("soft_torque", 66.72, 4.35),
-        ("equal_damping", 22.24, 1.83),
+        ("equal_damping", 22.24, 1.92),
         ("z_torque", 66.72, 4.43),
         ("lqr", 66.72, 2.70),
     ],

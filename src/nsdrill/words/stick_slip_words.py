@@ -99,10 +99,11 @@ def unknown_end_text(summary: Answer) -> Iterator[str]:
         )
         if summary["answer"].from_rest and "same" in summary["procedures"]:
             remedy = "The starts with the bit at rest do not tell it at every allowed point."
-        yield (
-            "TO WHICH SPEED STICK-SLIP LASTS is not known of this model, as with lobes or a limited drive: "
-            f"{why}. {remedy}"
-        )
+        of = "of this model, as with lobes or a limited drive"
+        if found["by_smoothed"]:
+            of = "by dry friction, as with a limited drive, and the smoothed friction of the runs ends it sooner"
+            remedy = "Run with steeper friction (bit.friction.smoothing) to learn it."
+        yield f"TO WHICH SPEED STICK-SLIP LASTS is not known {of}: {why}. {remedy}"
 
 
 def early_lines(ends: Sequence[Answer], units: str) -> Iterator[str]:
@@ -113,6 +114,16 @@ def early_lines(ends: Sequence[Answer], units: str) -> Iterator[str]:
     yield from textwrap.wrap(early_text(ends, units), WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
+def _dry(early: Answer, fmt: Formatter) -> str:
+    """To which speed torsion alone keeps stick-slip by dry friction, by which the map is graded, where that is more
+    than by the smoothed friction of the runs."""
+    if "dry" not in early:
+        return ""
+    to = early["dry"]["value"]
+    ends = "at every speed" if to is None else f"to {fmt.value('rotary_speed', to)}"
+    return f" with the smoothed friction of the runs, and {ends} by dry friction"
+
+
 def early_text(ends: Sequence[Answer], units: str) -> str:
     """The warning of these settings, of which it names the first."""
     fmt, first = Formatter(units), ends[0]
@@ -121,6 +132,7 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
     but = "" if first["free"] else ", where it vibrates otherwise"
+    alone += _dry(first, fmt)
     text = f"STICK-SLIP ENDS EARLY on the way up: {where}by {by}{but}{others}; torsion alone gives {alone}. "
     amplitude = first["surface_amplitude"]["value"]
     if amplitude > 0.0:

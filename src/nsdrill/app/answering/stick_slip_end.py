@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
-from math import isinf, isnan, prod
+from math import isinf, isnan, nan, prod
 from operator import attrgetter
 from typing import Any
 
@@ -43,8 +43,9 @@ def stick_slip_lasts(results: Results) -> Answer | None:
     ``over`` names the dimensions of the settings, and ``unstable_to``, ``lasts_to`` and ``shown_to``, up to which
     runs with smoothed friction may show it, have a number for each setting, the last dimension fastest, ``every``
     where there is no end, and null where it is not known: nowhere where the checks do not tell it, and of
-    very many settings. ``from_rest`` says whether the bit is held at the start, and ``by_start``,
-    which stands only where it is so, that one that came free tells nothing of others."""
+    very many settings; ``lasts_to`` alone is null where the end is known of smoothed friction only. ``from_rest``
+    says whether the bit is held at the start, and ``by_start``, which stands only where it is so, that one that
+    came free tells nothing of others."""
     if SPEED not in results.axes:
         return None
     others = [name for name in results.grid if name not in ("procedure", SPEED, "start")]
@@ -135,11 +136,14 @@ def _lasts_at(text: str, settings: tuple[tuple[tuple[str, float], ...], ...]) ->
     def lasting(values: Sequence[Values]) -> list[float | None]:
         found = limits(values)
         unstable.extend(ends and ends[0] for ends in found)
-        return [ends and ends[1] for ends in found]
+        return [nan if ends is None or ends[1] is None else ends[1] for ends in found]
 
     shown, lasts = by_dry(lasting, [values_at(study.parameters, study.initial, dict(at)) for at in settings])
     ends = zip(unstable, lasts, shown, strict=False)  # behind them those of dry friction
-    return [dict(zip(("unstable_to", "lasts_to", "shown_to"), one, strict=True)) for one in ends]
+    names = ("unstable_to", "lasts_to", "shown_to")
+    return [
+        {name: None if end is None or isnan(end) else end for name, end in zip(names, one, strict=True)} for one in ends
+    ]
 
 
 def damping_of_torsion(results: Results) -> Answer | None:
