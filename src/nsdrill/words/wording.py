@@ -66,7 +66,8 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def period_words(seen: Surface) -> str:
     """How often the torque of stick-slip swings: `` every 4.2 s``, or where no run measured it, as a bit that
-    sticks for long swings too rarely, `` every 3.9 s or more``; "" where the model does not tell that either."""
+    sticks for long swings too rarely and one that bounces too often, `` every 3.9 s or more``; "" where the model
+    does not tell that either."""
     if seen.period is not None:
         return f" every {seen.period:.2g} s"
     if seen.least_period is None:
