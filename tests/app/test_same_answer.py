@@ -30,8 +30,6 @@ def file(tmp_path_factory):
     return str(path)
 
 
-
-
 def plain(answer) -> str:
     return json.dumps(answer, sort_keys=True, default=str)
 
