@@ -6,12 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from figures.test_wording import WALL, with_samples
 from scipy import stats
 
 import nsdrill
 from analysis.grids import told
+from nsdrill.analysis.advice import Kind, Share
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.sensitivity import indices, sensitivity
+from nsdrill.analysis.trials import Trials
+from nsdrill.analysis.untried import Jump
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
@@ -21,7 +25,7 @@ from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.text.contrast_text import difference, notes, sentence, side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
-from nsdrill.words.answer import answer, warnings, would_help
+from nsdrill.words.answer import answer, warnings, words_of, would_help
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 
@@ -505,3 +509,23 @@ def test_a_file_gives_the_probabilities_of_the_results_and_says_that_they_may_be
     assert told["unsettled"] == {"runs": unsettled, "of": 96}
     assert nsdrill.probability(path).unsettled_runs == unsettled
     assert f"NOT SETTLED: in {unsettled} of 96 runs" in shown
+
+
+@pytest.mark.parametrize("narrow", [True, False])
+@pytest.mark.parametrize("why", ["narrow", "above", "cut short", "no way in", "jump"])
+def test_no_hint_of_samples_is_named_without_its_share(why, narrow):
+    """However short the sentence is to be."""
+    maps = find_window(with_samples([[0.0, 0.6, 0.6, 0.6, 0.0]] * (1 if narrow else 5)), None, 0.5)
+    known, share = maps["answer"], Share(0.5, 0.254, 0.746, 0.5, 12, 0)
+    jump = Jump("rotary_speed", 6.0, 7.0, 0.5, 0.1, "whirl")
+    more = {
+        "narrow": {},
+        "above": {},
+        "cut short": {"trials": Trials(is_cut_short=True)},
+        "no way in": {"is_unreached": True},
+        "jump": {"jump": jump, "tried_kind": None if narrow else Kind.FROM_BELOW},
+    }[why]
+    found = replace(known, kind=Kind.HINT, share=share, narrow=narrow, **more)
+    over = [{**WALL, "from": 9.0}] if why == "above" else []
+    sentence = words_of({**maps, "answer": found, "passed_over": over}, "field").sentence()
+    assert "50 % (25 to 75)" in sentence

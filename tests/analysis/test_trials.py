@@ -577,6 +577,11 @@ def test_a_change_tells_what_it_frees_at_each_weight_at_which_it_was_run():
     told_all = list(trial_words.lines(found, "rotary_speed", FIELD))
     assert told_all[0].startswith("One change at a time, each run one way up at 5 klbf, 10 klbf, 20 klbf")
     assert "nowhere" not in " ".join(told_all)
+    finer = list(trial_words.lines(replace(found, begins=20 * RPM, steps=(5 * RPM, 2 * RPM)), "rotary_speed", FIELD))
+    assert "one way up from 20 rpm in steps of at most 5 rpm at" in finer[0]
+    assert finer[1].startswith("  The map has steps of 2 rpm: the string as it is was not run in those of the changes")
+    alike = list(trial_words.lines(replace(found, begins=20 * RPM, steps=(5 * RPM, 5 * RPM)), "rotary_speed", FIELD))
+    assert alike[1:] == told_all[1:], "in equal steps there is nothing to say"
     assert " ".join(told_all[-1].split()) == "at 20 klbf free at no speed that was run"
     data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
     assert (data["wob"], data["room"]) == ({"wob": 20 * KLBF}, 0.0)

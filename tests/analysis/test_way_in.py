@@ -309,3 +309,17 @@ def test_a_period_that_was_not_measured_has_a_least_one():
         line = words_of(find_window(found), "field").lines()[-1]
         assert line.startswith("Surface")
         assert f"kft-lbf{words}" in line
+
+
+def test_what_repeats_faster_than_torsion_swings_is_no_period_of_stick_slip():
+    """Of a bit that bounces as well, the cycles that were counted are those of the bounce."""
+    results = made(WALL, up=["ss....."] * 5, down=FREE)
+    torques = {f"surface_torque_{end}": np.full(results.shape, 5e3) for end in ("mean", "min", "max")}
+    by_depth = json.dumps([{"depth": 5e3, "drag": 100.0, "period": 4.0}])
+    attrs = {**results.attrs, STRING_BY_DEPTH: by_depth}
+    for measured, words in ((1.9, " every 4 s or more"), (4.26, " every 4.3 s"), (13.0, " every 13 s")):
+        seen = {**torques, "stick_slip_period": np.full(results.shape, measured)}
+        summary = find_window(replace(results, variables={**results.variables, **seen}, attrs=attrs))
+        assert f"kft-lbf{words}." in words_of(summary, "field").lines()[-1]
+        surface = data_of(summary["answer"], "rotary_speed")["surface"]
+        assert (surface["period"] is None) == (measured < 4.0) == (surface["least_period"] is not None)

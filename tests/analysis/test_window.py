@@ -7,6 +7,8 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import nsdrill
 from nsdrill.analysis.advice import RECOMMENDED, Kind, Recovery
@@ -492,6 +494,26 @@ def test_where_it_is_known_to_which_speed_stick_slip_lasts_the_first_speed_chang
     safe = {tuple(one["maps"][0]["rows"][weights.index(20e3)]["safe"][0]) for one in swept}
     assert safe == {(5.0, 10.0)}
     assert answer_from(2.0)["answer"].kind == Kind.HINT
+
+
+@settings(max_examples=60)
+@given(st.text("...sbw", min_size=10, max_size=10), st.text("...sbw", min_size=10, max_size=10), st.integers(1, 6))
+def test_to_begin_a_sweep_higher_makes_no_answer_firmer(up, down, left_out):
+    """Stick-slip begins below 1.9 rad/s, and to which speed it lasts is not known: of a sweep that begins above
+    that nothing was brought up through it, whatever its runs show."""
+    speeds = np.arange(1.0, 12.0)
+    onset = {**WALL, "name": "stick_slip_onset", "lasts": None, "min": 1.9, "max": 1.9, "weights": [20e3, 20e3]}
+
+    def answer_from(first):
+        one = grid({"up": [f"s{up}"[first:]], "down": [f"s{down}"[first:]]}, speeds[first:])
+        if first:
+            one.attrs["lasting_motions"] = json_text([{**onset, "from": speeds[first], "everywhere": True}])
+        return find_window(one)
+
+    whole, cut = answer_from(0), answer_from(left_out)
+    assert cut["answer"].kind not in RECOMMENDED or whole["answer"].kind in RECOMMENDED
+    if "s" not in up:
+        assert cut["answer"].kind not in RECOMMENDED
 
 
 def test_points_that_are_free_from_a_start_only_do_not_widen_what_is_free_from_below():

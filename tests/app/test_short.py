@@ -50,4 +50,7 @@ def test_a_sweep_that_begins_between_onset_and_fold_of_stick_slip():
 
     assert names(2.2) == names(3.5, "up") == names(2.2, "all") == ["stick_slip_onset"]
     assert names(1.9) == names(4.2) == names(2.2, "same") == names(2.2, "down") == []
+    shaken = "bit: {surface_amplitude: 1 mm}\ndrive: {kind: soft_torque}"  # to which speed it lasts is not known
+    assert all("stick_slip_onset" in names(first, model=shaken) for first in (1.5, 2.2, 3.5, 4.5, 5.5))
+    assert "stick_slip_onset" not in names(0.5, model=shaken)
     assert names(0.1, model="model: torsion") == names(5.9, model="model: torsion") == []

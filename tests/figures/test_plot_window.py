@@ -25,6 +25,7 @@ from nsdrill.figures.map_panels import has_room_for_ticks
 from nsdrill.figures.measured_overlay import overlay
 from nsdrill.figures.style import ANY_HISTORY_COLOUR, GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.figures.zones import ALLOWED, ANY_HISTORY, BORDERLINE, UNKNOWN, zones
+from nsdrill.models.choices import words_of as words_of_choice
 from nsdrill.models.responses import STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import SAMPLE
 from nsdrill.words.answer import answer, headlines, words_of
@@ -480,6 +481,30 @@ def test_the_panel_shows_the_curve_and_all_measured_values():
     bottom, top = axes.get_ylim()
     for value in (0.9, 17.0):  # kN m, the lower end of the least error, and the curve
         assert 0.02 < (value - bottom) / (top - bottom) < 0.98
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "drawn"),
+    [
+        ("bit.friction.static", [0.51, 0.9, 0.5], 1),
+        ("well.inclination", [0.0, 0.1, 0.0], 1),
+        ("well.diameter", [0.381, 0.375, 0.381], 2),
+        ("well.diameter", [0.25, 0.25, 0.381], 0),
+        ("drive.kind", [0.0, 1.0, 0.0], 1),
+        ("drillstring.torsional_stiffness", [400.0, 400.0, 400.0], 0),  # of which the study has no number
+    ],
+)
+def test_what_was_measured_at_another_setting_of_the_study_is_left_out(key, values, drawn):
+    results = make_results(rotary_speed=SPEEDS)
+    study = {"bit": {"friction": {"static": 0.5}}, "well": {"inclination": 0.0, "diameter": 0.381}}
+    study |= {"drive": {"kind": words_of_choice("drive.kind")[0]}, "drillstring": {"torsional_stiffness": None}}
+    results.attrs["study_resolved"] = json_text(study)
+    figure, there = figures.draw(results, "stick_slip_index"), measured(**{key: np.array(values)})
+    if drawn:
+        assert overlay(figure, results, there, "si") == drawn
+        return
+    with pytest.raises(InputError, match="at the other settings"):
+        overlay(figure, results, there, "si")
 
 
 def test_a_panel_of_values_that_no_run_has_says_so():

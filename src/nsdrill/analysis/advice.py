@@ -1312,10 +1312,12 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: sl
         swings = {one: tuple(float(of(f"surface_torque_{end}", one)[near]) for end in ("min", "max")) for one in ways}
         widest = max(ways, key=lambda one: swings[one][1] - swings[one][0])
         sticking = tuple(one - (drag or 0.0) * at for one in swings[widest])
+        shortest = torsional_period(maps.results.attrs, here)
         if "stick_slip_period" in variables:
             found = float(of("stick_slip_period", widest)[near])
-            period = found if np.isfinite(found) else None
-        shortest = torsional_period(maps.results.attrs, here) if period is None else None
+            # what repeats faster than torsion swings is no cycle of it, but what a bouncing bit adds
+            period = found if found >= (shortest or 0.0) else None
+        shortest = shortest if period is None else None
     whirling_at = None
     if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
         whirls, column = whirl

@@ -87,6 +87,7 @@ SEEN = (
     "surface_torque_min",
     "surface_torque_mean",
     "surface_torque_max",
+    "stick_slip_period",
     "lateral_acceleration_rms",
     "lift_off_fraction",
     *SEVERITIES,

@@ -365,6 +365,9 @@ class Trials:
     """Whether the map of the file allows nothing: what one run of the string as it is shows is no room."""
     begins: float | None = None
     """At which speed [rad/s] the ways up of the changes begin, the lowest of the file."""
+    steps: tuple[float, float] | None = None
+    """The greatest step [rad/s] of these ways up, and that of the file: what is free in one need not be in the
+    other."""
     mapped: bool = False
     """Whether the file has the way up itself, in its own steps: that of the string as it is, among
     the changes, then shows no more."""
@@ -664,6 +667,7 @@ def data_of(found: Trials, along: str) -> Answer:
             for change in found.changes
         ],
         "changes_begin": None if found.begins is None else {"rotary_speed": found.begins},
+        "changes_step": None if found.steps is None else {"rotary_speed": found.steps[0]},
         "changes_at": None if found.wob is None else {"wob": found.wob},
         "corners_untried": [{"rotary_speed": speed, "wob": wob} for speed, wob in found.untried],
         "weight_set_in": None if found.set_down is None else dict(zip(("from", "to"), found.set_down, strict=True)),

@@ -140,18 +140,26 @@ def variables_of(results: Results) -> tuple[Variable, ...]:
 
 def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | NamesIn | None = ()) -> Results:
     """The results of a sweep: in memory, in a Dataset, which must have the variables
-    ``names``, or in a results file, of which only these and ``more`` are read (None: all),
-    which may follow from its root attributes. ``name`` is that of the operation in messages."""
-    if isinstance(source, Results):
-        return source
-    if is_dataset(source):
-        return results_in(source, name, names)
-    path = name_in(source)
+    ``names``, or in a results file, each with only these and ``more`` of its variables (None: all),
+    which may follow from its root attributes. What is in memory has no more of them than what is read
+    of a file, so that both answer the same. ``name`` is that of the operation in messages."""
 
     def wanted(attrs: Attributes) -> tuple[str, ...]:
         return (*names, *(more(attrs) if callable(more) else more or ()))
 
+    if isinstance(source, Results) or is_dataset(source):
+        found = source if isinstance(source, Results) else results_in(source, name, names)
+        return found if more is None else _only(found, wanted(found.attrs))
+    path = name_in(source)
     return with_own_axes(path, read_results(path, None if more is None else wanted))
+
+
+def _only(results: Results, names: Iterable[str]) -> Results:
+    """The ``results`` with those of their variables that are among the ``names``."""
+    kept, part = {*names}, results.part_of
+    if part is not None:
+        part = (_only(part[0], kept), *part[1:])
+    return replace(results, variables={n: v for n, v in results.variables.items() if n in kept}, part_of=part)
 
 
 def results_in(data: object, name: str, names: Iterable[str]) -> Results:

@@ -5,6 +5,7 @@ before and after it, and measured beside predicted values."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -14,13 +15,14 @@ from matplotlib.figure import Figure
 
 from nsdrill.analysis.counts import FIT_DOUBTS
 from nsdrill.analysis.fitting import Measured
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Results, resolved_study, value_at
 from nsdrill.errors import InputError, count
 from nsdrill.figures.legend import put_legend
 from nsdrill.figures.page import area_entry, draw_page, freeze_layout, line_entry
 from nsdrill.figures.painters import Page
 from nsdrill.figures.style import BLACK, BLUE, GREY, SKY, VERMILLION, Properties, font_size, house_style, page_width
-from nsdrill.variables import dimension_of
+from nsdrill.models.choices import as_value
+from nsdrill.variables import dimension_of, long_key, short_key
 from nsdrill.words.labels import Shown, check_units, operating_point, quantity
 
 SETTING_TOLERANCE = 0.05  # relative deviation up to which a setting counts as a value of the sweep
@@ -36,12 +38,7 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
         raise InputError(
             f"{measured.source}: found no {missing_axes[0]}, which the sweep varies; allowed: a column of it."
         )
-    # the points that agree with the values that the sweep holds fixed
-    at_held_values = np.ones(measured.points, dtype=bool)
-    for axis in results.axes:
-        if axis not in swept and axis in at:
-            value = float(results.coords[axis][0])
-            at_held_values &= np.abs(at[axis] - value) <= SETTING_TOLERANCE * abs(value)
+    at_held_values = _at_held_values(results, measured.at)
     drawn_points = 0
     shown = {axis: values / quantity(axis, units).scale for axis, values in at.items() if axis in swept}
     for axes in figure.axes:
@@ -66,6 +63,31 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
             f"{100 * SETTING_TOLERANCE:g} %).{ignored}"
         )
     return drawn_points
+
+
+def _at_held_values(results: Results, at: Mapping[str, Array]) -> Array:
+    """Which points, bool [points], were measured at the settings that the runs of the ``results`` have: at
+    the values that the sweep holds fixed, and of whatever else they were measured ``at`` that of the study."""
+    found: Array = np.ones(len(next(iter(at.values()))), dtype=bool)
+    drawn = {short_key(unknown.key): values for unknown, values in results.drawn.items()}
+    for key, values in at.items():
+        if dimension_of(key) in results.swept:
+            continue
+        # of samples a value that none is near is none of the runs
+        own = drawn[key] if key in drawn else np.array([_own_value(results, key)])
+        low, high = float(np.min(own)), float(np.max(own))
+        found &= values >= low - SETTING_TOLERANCE * abs(low)
+        found &= values <= high + SETTING_TOLERANCE * abs(high)
+    return found
+
+
+def _own_value(results: Results, key: str) -> float:
+    """The value of a setting in the runs, in SI; NaN where the study has no number there, so that none is the same."""
+    if (name := dimension_of(key)) in results.coords:
+        return float(results.coords[name][0])
+    with suppress(KeyError, TypeError, ValueError):
+        return as_value(key, value_at(resolved_study(results.attrs), long_key(key)))
+    return float("nan")
 
 
 def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_values: Array, units: str) -> int:

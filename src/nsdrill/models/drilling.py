@@ -641,9 +641,16 @@ OF_BALANCE = ("balance_speed", "droop", "mean_torque", "static_twist", "aggressi
 MOST_WEIGHTS = 9  # at which it is looked whether a sweep begins above the onset
 
 
-def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) -> list[dict[str, Any]]:
+def _never_shaken(at: Values, speed: float) -> bool:
+    return False
+
+
+def begins_above_onset(
+    study: Any, drilling_at: Callable[[Any, Any], Drilling], is_shaken: Callable[[Values, float], bool] = _never_shaken
+) -> list[dict[str, Any]]:
     """The onset of stick-slip where a sweep up in speed begins above it and below the fold, or
-    where that is not known: a string that is brought up from below sticks and slips there,
+    where that is not known, as where lobes may shake the bit (``is_shaken``, as of
+    :func:`limits_unless_shaken`): a string that is brought up from below sticks and slips there,
     and goes on with it, or may. One entry as those of
     :func:`nsdrill.models.christoforou_yigit.critical_speeds.lasting_motions`, with the
     ``weights`` on bit [N] at which that is so, from and to, whether it only ``may`` at one of
@@ -667,7 +674,9 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
     find_onsets([one for _, one in tried])
     above = [(at, one) for at, one in tried if 0.0 < one.unstable_to < first]
     _find_known_folds([one for _, one in above])
-    found = [(at, one) for at, one in above if one.may_last_at(first)]
+    unknown = [not one.fold_known or _is_shaken_in(at, one, is_shaken) for at, one in above]
+    lasts = [is_open or one.may_last_at(first) for is_open, (_, one) in zip(unknown, above, strict=True)]
+    found = [each for each, is_there in zip(above, lasts, strict=True) if is_there]
     if not found:
         return []
     speeds, looked_at = [one.unstable_to for _, one in found], weights[places].tolist()
@@ -691,10 +700,15 @@ def begins_above_onset(study: Any, drilling_at: Callable[[Any, Any], Drilling]) 
             "jumped": None,
             "passing_rate": None,
             "weights": [looked_at[low], looked_at[high]],
-            "may": any(not one.fold_known for _, one in found),
+            "may": any(unknown),
             "turns": any(_turns_from_the_start(*one) for one in found),
         }
     ]
+
+
+def _is_shaken_in(at: Values, one: Drilling, is_shaken: Callable[[Values, float], bool]) -> bool:
+    """Whether lobes may shake a bit whose fold is known, so that it does not tell to which speed stick-slip lasts."""
+    return any(is_shaken(at, speed) for speed in (0.0, one.unstable_to, one.lasts_to))
 
 
 def _turns_from_the_start(at: Values, steady: Drilling) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from math import isclose
 
 from nsdrill.analysis.trials import (
     HELD,
@@ -251,7 +252,12 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
     if found.changes:
         at = f" at {', '.join(fmt.value('wob', wob) for wob in found.wobs)}" if found.wobs else ""
         begins = "" if found.begins is None else f" from {fmt.value('rotary_speed', found.begins)}"
-        yield f"One change at a time, each run one way up{begins}{at}, not back down{_numbers(found)}:"
+        own = "" if found.steps is None else f" in steps of at most {fmt.value('rotary_speed', found.steps[0])}"
+        yield f"One change at a time, each run one way up{begins}{own}{at}, not back down{_numbers(found)}:"
+        if found.mapped and found.steps is not None and not isclose(*found.steps, rel_tol=1e-6):
+            step = fmt.value("rotary_speed", found.steps[1])
+            yield f"  The map has steps of {step}: the string as it is was not run in those of the changes, so that"
+            yield "  more or less room than by the map may be that of the steps."
         for change in found.changes:
             yield from _change_rows(change, found, along, fmt)
         for change in (one for each in found.changes for one in each.every):

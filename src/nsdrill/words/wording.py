@@ -66,7 +66,8 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def period_words(seen: Surface) -> str:
     """How often the torque of stick-slip swings: `` every 4.2 s``, or where no run measured it, as a bit that
-    sticks for long swings too rarely, `` every 3.9 s or more``; "" where the model does not tell that either."""
+    sticks for long swings too rarely and one that bounces too often, `` every 3.9 s or more``; "" where the model
+    does not tell that either."""
     if seen.period is not None:
         return f" every {seen.period:.2g} s"
     if seen.least_period is None:
@@ -357,6 +358,10 @@ class Words:
         """Whether the share is of starts, which are not brought up to a point."""
         return self.advice.share is not None and self.confidence is None
 
+    def _with_share(self) -> str:
+        """``, 56 % (33 to 77)``, which no setting of samples or starts is named without; "" of others."""
+        return "" if self.advice.share is None else f", {self._percent()}"
+
     def _percent(self) -> str:
         """``56 % (33 to 77)``."""
         share = self.advice.share
@@ -620,22 +625,26 @@ class Words:
             begins = "The sweep begins"
             if self.carried != "rotary_speed":
                 begins = "Each speed is swept by itself,"
-            return f"Hint only: {self.setting()}. {begins} above {self.begun_above}; {through}."
+            return f"Hint only: {self.setting()}{self._with_share()}. {begins} above {self.begun_above}; {through}."
         if self.advice.is_unreached:
             return self._unreached()
         if self.is_jumped:
             return self._jumped()
         if self.is_cut_short and not self.advice.narrow:
             why = f"{CUT_SHORT[:1].upper()}{CUT_SHORT[1:]}."
-            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {why}"
+            return f"Hint only: {self.setting() or 'the setting'}{self._with_share()}{self.and_within()}. {why}"
         if (tagged := self.after_tag()) and not self.advice.narrow:
             told = f"{tagged[0].upper()}{tagged[1:]}"
-            return f"Hint only: {self.setting() or 'the setting'}{self.and_within()}. {told}."
-        how = f"{self.how}, {self._percent()}" if self.advice.share else f"free {self._when}{self.how}"
+            return f"Hint only: {self.setting() or 'the setting'}{self._with_share()}{self.and_within()}. {told}."
+        how = f"free {self._when}{self.how}"
         if way := self._tried_way():
             how = f"{way} in trials"
-        brief, room = f"Narrow hint: {self.setting()}", self.and_within()
-        heads = [f"No setting has room. {brief}, {how}{room}", f"{brief}, {how}{room}", f"{brief}{room}"]
+        elif self.advice.share is not None:
+            how = self.how
+        how += self._with_share()
+        setting, room = f"Narrow hint: {self.setting()}", self.and_within()
+        brief = f"{setting}{self._with_share()}"
+        heads = [f"No setting has room. {setting}, {how}{room}", f"{setting}, {how}{room}", f"{brief}{room}"]
         if helps := self._helps():
             texts = [f"{head}. {one}" for one in helps for head in (heads[0], brief)]
             return first_short(*texts, *(f"{head}." for head in heads))
@@ -681,7 +690,8 @@ class Words:
             why = f"No way in is known: slowly it {verbs}, and {stops} {self.wall_range(way)}."
         else:  # the starts say nothing of a string that turns
             why = f"Slowly it {verbs}; started with the bit at rest it is free, but no quick way in was run."
-        texts = [f"Hint only: {self.setting()}{room}. {why}" for room in (f", {self.within()}", "")]
+        setting = f"{self.setting()}{self._with_share()}"
+        texts = [f"Hint only: {setting}{room}. {why}" for room in (f", {self.within()}", "")]
         return first_short(*texts)
 
     @property
@@ -707,9 +717,8 @@ class Words:
         """Of a setting to which the map was not brought up through all speeds."""
         steps = self.over_jump()
         steps = f"{steps[0].upper()}{steps[1:]}"
-        share = f", {self._percent()}" if self.advice.share is not None else ""
         texts = [
-            f"Hint only: {self.setting()}{share}{room}. {steps}{tail}."
+            f"Hint only: {self.setting()}{self._with_share()}{room}. {steps}{tail}."
             for room, tail in ((f", {self.within()}", "; trials tell"), ("", "; trials tell"), ("", ""))
         ]
         return first_short(*texts)

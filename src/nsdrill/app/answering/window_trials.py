@@ -21,7 +21,7 @@ from nsdrill.analysis.graded import SLACK, Graded, graded
 from nsdrill.analysis.trials import HOLDS_SPEED, Change, Robust, Trials, Way, deepest, narrowed
 from nsdrill.analysis.window import find_window
 from nsdrill.app.answering.answers import path_of, plain_window, results_for_window
-from nsdrill.app.answering.remedies import AS_IT_IS, Changed, shown
+from nsdrill.app.answering.remedies import AS_IT_IS, SPEEDS, Changed, shown
 from nsdrill.app.answering.trial_runs import OBSERVE, SETTLE, Bench, Told, result_of
 from nsdrill.app.experiment import stored_experiment, unlike
 from nsdrill.app.running.run import checked_workers
@@ -112,7 +112,9 @@ def tried(
             if changed is not None and not found.interrupted:
                 as_mapped = _as_it_is(results, severity, changed) if mapped else None
                 told.begin()
-                found = replace(found, begins=float(np.min(results.coords["rotary_speed"])))
+                speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
+                steps = float(np.ptp(speeds)) / (SPEEDS - 1), float(np.max(np.diff(speeds), initial=0.0))
+                found = replace(found, begins=float(np.min(speeds)), steps=steps)
                 for change in changed_all(changed, told, workers, as_mapped):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)

@@ -197,7 +197,8 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     above it."""
     if study.initial.starts:
         return []
-    return [*begun_by_speed(study, [_lumped(corner) for corner in corners]), *begins_above_onset(study, drilling_at)]
+    above = begins_above_onset(study, drilling_at, _is_shaken)
+    return [*begun_by_speed(study, [_lumped(corner) for corner in corners]), *above]
 
 
 def _lumped(corner: Values) -> Values:

@@ -19,6 +19,7 @@ from nsdrill.models.christoforou_yigit.critical_speeds import (
     Corner,
     jumped,
     lasting_motions,
+    may_shake,
     passed_over,
     reached_off_bottom,
 )
@@ -26,7 +27,6 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     cutting_at,
     derived_quantities,
     driven_by_mud_above,
-    is_shaken,
     lateral_stiffness,
     wall_speed,
 )
@@ -416,15 +416,7 @@ def stick_slip_lasts(settings: Sequence[Values]) -> list[Limits]:
     """The set speeds [rad/s] below which steady drilling is unstable to stick-slip, and up
     to which stick-slip, once begun, may last, of many settings together; 0 where it is not
     and does not; None with lobes that may shake the bit loose."""
-    return limits_unless_shaken(settings, _limiting, _is_shaken)
-
-
-def _is_shaken(values: Values, speed: float) -> bool:
-    """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
-    bit, modes = values.parameters.bit, values.parameters.modes
-    if bit.rock.regenerative or bit.surface_amplitude == 0.0 or "frozen" in (modes.axial, modes.torsional):
-        return False
-    return is_shaken(values.parameters, values.point, speed)
+    return limits_unless_shaken(settings, _limiting, may_shake)
 
 
 def _limiting(values: Values) -> Drilling | Limits:

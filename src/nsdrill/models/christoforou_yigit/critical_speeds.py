@@ -17,6 +17,7 @@ from nsdrill.models.begin import begin_below
 from nsdrill.models.christoforou_yigit.bouncing import bounce_speed
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
+    is_shaken,
     lift_off_speeds,
     lobe_resonance,
     passing_rate,
@@ -169,8 +170,16 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
         return []
     found = begun_by_speed(study, corners)
     if all(corner.parameters.modes.torsional == "free" for corner in corners):
-        found += begins_above_onset(study, drilling_at)
+        found += begins_above_onset(study, drilling_at, may_shake)
     return found
+
+
+def may_shake(values: Values, speed: float) -> bool:
+    """Whether lobes may shake a bit loose that sticks and slips at a set speed [rad/s]."""
+    bit, modes = values.parameters.bit, values.parameters.modes
+    if bit.rock.regenerative or bit.surface_amplitude == 0.0 or "frozen" in (modes.axial, modes.torsional):
+        return False
+    return is_shaken(values.parameters, values.point, speed)
 
 
 MOST_WEIGHTS = 256  # at which it is found; it takes some 7 ms
