@@ -262,8 +262,8 @@ def test_depth_and_one_axis_name_the_weight_that_is_held():
         (
             "s.....w",
             None,
-            " above the setting: lower to 100 rpm, but not below 90 rpm (at 80 rpm it sticks); runs lowered to 80 to 100 rpm "
-            "were free, those brought up there met stick-slip. If any",
+            " above the setting: lower to 100 rpm, but not below 90 rpm (at 80 rpm it sticks); "
+            "runs lowered to 80 to 100 rpm were free, those brought up there met stick-slip. If any",
         ),
         (
             "s.wwwww",
