@@ -137,13 +137,13 @@ class Ways:
             Grade.FROM_BELOW,
         )
         if down is not None:
-            after, may = excursion(up, down) | self.allowed, excursion(up, down, (Label.UNKNOWN,))
+            after, may = excursion(up, down), excursion(up, down, (Label.UNKNOWN,))
             ends_well = (down == Label.CLEAR) & self.met & (after | self.tried)
             vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
             grades = np.select(
                 [
                     is_clear & ends_well,
-                    is_clear & vibrates & after,
+                    is_clear & vibrates & (after | self.allowed),
                     is_clear & vibrates & may,
                     is_clear & (down == Label.STALLED),
                     is_clear & (down == Label.UNKNOWN),
