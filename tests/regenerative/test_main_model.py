@@ -180,7 +180,7 @@ def test_what_is_shown_speaks_of_blades_and_not_of_lobes(tmp_path, capfd, monkey
         words = (tmp_path / "one.html").read_text()
         assert "bit rock law regenerative" in words
         assert "bit lobes" not in words
-        assert "the strength of the rock" in words
+        assert "strength of the rock" in words
         assert "rock stiffness" not in words
         assert "the surface that the bit cut before" not in words
     study = nsdrill.load_study("one.yaml")

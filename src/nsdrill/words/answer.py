@@ -652,7 +652,7 @@ def _of_jumps(summary: Answer, fmt: Formatter) -> Iterator[str]:
             yield (
                 f"STEPS OF {fmt.value(axis, jumped['step'])} MAY JUMP across {speed['words']}, anywhere from "
                 f"{fmt.range(axis, [jumped['from'], jumped['to']])}: a point that is safe here need not be safe with "
-                f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
+                f"finer steps. There steps of {fmt.step_down(axis, jumped['enough'])} are fine enough."
                 f"{told}"
             )
 

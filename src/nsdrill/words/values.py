@@ -123,6 +123,14 @@ class Formatter:
         ends, numbers = ([least], low) if low == high else ([least, most], f"{low} to {high}")
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
+    def step_down(self, axis: str, step: float) -> str:
+        """A ``step`` that is small enough, to two digits, rounded down: one that is hardly too large reads as another."""
+        shown = step / shown_quantity(axis, self.system).scale
+        digit = 10.0 ** (math.floor(math.log10(shown)) - 1)
+        small = round(math.floor(shown / digit + _SLACK) * digit, 12)
+        in_si = small * shown_quantity(axis, self.system).scale
+        return f"{small:g} {self.unit(axis)}".rstrip() + self._rpm(axis, in_si)
+
     def above(self, axis: str, speeds: list[float]) -> str:
         """``above 33 rpm``, of the least and the greatest of speeds, or of one, rounded down, as what
         begins there is to keep out of; ``at any speed`` of zero."""
