@@ -64,6 +64,16 @@ def test_no_larger_rectangle_is_chosen_around_the_point(allowed, data):
         assert not inside or not allowed[a : b + 1, c : d + 1].all()
 
 
+def test_a_smaller_rectangle_that_leaves_the_point_a_tolerance_comes_before_a_larger_one_on_whose_side_it_lies():
+    allowed = np.ones((len(WEIGHTS), len(SPEEDS)), dtype=bool)
+    allowed[3:, 2:] = False  # over 15 klbf up to 70 rpm only
+    y, x = ("wob", WEIGHTS), ("rotary_speed", SPEEDS[:4])
+    # tolerances of 1 klbf and 7 rpm: (1 + 10/1)(1 + 30/7) = 58 against (1 + 25/1)(1 + 10/7) = 63 of the tall one
+    assert rectangle(allowed[:, :4], y, x, (1, 1)) == ((0, 2), (0, 3))
+    # where none leaves it room, the largest
+    assert rectangle(allowed[:, :2], y, ("rotary_speed", SPEEDS[:2]), (1, 1)) == ((0, 5), (0, 1))
+
+
 def test_a_corner_that_sticks_is_not_within():
     """At 30 klbf it sticks to 110 rpm: the cross through the point would hold that corner."""
     lines = ["s........", "s........", "ss.......", "sss......", "ssss.....", "ssssss..."]

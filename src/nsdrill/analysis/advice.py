@@ -511,7 +511,8 @@ def best_of(maps: Graded, number: int) -> Choice | None:
 def _best_among(maps: Graded, number: int, candidates: Array) -> Choice | None:
     x, y, rate = maps.values(maps.x), maps.values(maps.y), maps.yields(RATE)[number]
     found = []
-    parts = between_gaps(maps)
+    above = begun_above(maps, number)  # what was not brought up there gives no room to what was, nor the reverse
+    parts = [part & side for part in between_gaps(maps) for side in (~above, above) if side.any()]
     for place, part in product(range(len(maps.fields)), parts):
         chosen = maps.fields[place][number] & part
         better = maps.better[number] & chosen
@@ -598,11 +599,12 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     how, field_ = choice.how, choice.within(maps) if through is None else through
     jumps = jumps_of(maps)
     near = without_jumps(maps, jumps, cell)  # a step that may jump across a vibration bounds what was run
-    if not passed_over(maps, cell):  # and so does a critical speed through which nothing was brought up
-        near = near & ~_all_begun_above(maps)
+    passed = bool(passed_over(maps, cell))
+    above = _all_begun_above(maps)
+    if not passed:  # and so does a critical speed through which nothing was brought up
+        near = near & ~above
     field_ = field_ & near
     grade = Grade(int(maps.grade[cell]))
-    passed = bool(passed_over(maps, cell))
     is_started = choice.field > 0
     kind = Kind.HINT
     if how == Room.RUN and not passed:
@@ -618,7 +620,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     # what is allowed goes on beyond what is safe after any history
     reach = (maps.fields[choice.field] if through is None else through) & near
     inside = room(reach[number], (maps.y, maps.values(maps.y)), (maps.x, maps.values(maps.x)))
-    if jumps and how == Room.RUN and inside[row, column] < ENOUGH:
+    if (jumps or above.any()) and how == Room.RUN and inside[row, column] < ENOUGH:
         how, kind = Room.NARROW, Kind.HINT
     by_request = False
     if how != Room.RUN and maps.outside is not None and through is None:

@@ -175,20 +175,27 @@ def rectangle(
     """The largest rectangle of ``chosen`` points [y, x] around a chosen ``place``: its first
     and last row, and its first and last column. Every point in it is chosen. Its size is
     the product of its sides in tolerances, each of a tolerance more than it has, so that a
-    line has a size as well."""
+    line has a size as well. One that leaves the place a tolerance on each side comes before a
+    larger one that does not, and one that leaves it less before one on whose side it lies: what
+    is held at the place would leave that."""
     row, column = place
     (_, rows), (_, columns) = y, x
     of_row, of_column = (float(tolerance(*axis)[at]) for axis, at in ((y, row), (x, column)))
     first, last = stretch(chosen[:, column], row)
-    best, found = -1.0, ((row, row), (column, column))
+    best, found = (-1, -1.0), ((row, row), (column, column))
     ends = [stretch(chosen[one], column) for one in range(first, last + 1)]
     for low in range(first, row + 1):
         for high in range(row, last + 1):
             inside = ends[low - first : high - first + 1]
             left, right = max(one for one, _ in inside), min(one for _, one in inside)
             size = (1.0 + (rows[high] - rows[low]) / of_row) * (1.0 + (columns[right] - columns[left]) / of_column)
-            if size > best * (1.0 + _SLACK):
-                best, found = float(size), ((low, high), (left, right))
+            beside = min(
+                min(rows[row] - rows[low], rows[high] - rows[row]) / of_row,
+                min(columns[column] - columns[left], columns[right] - columns[column]) / of_column,
+            )
+            rank = int(beside > _SLACK) + int(beside >= ENOUGH)
+            if rank > best[0] or (rank == best[0] and size > best[1] * (1.0 + _SLACK)):
+                best, found = (rank, float(size)), ((low, high), (left, right))
     return found
 
 

@@ -124,7 +124,7 @@ class Formatter:
         return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
 
     def step_down(self, axis: str, step: float) -> str:
-        """A ``step`` that is small enough, to two digits, rounded down: one that is hardly too large reads as another."""
+        """A ``step`` that is small enough, to two digits, rounded down: one that is too large by little reads alike."""
         shown = step / shown_quantity(axis, self.system).scale
         digit = 10.0 ** (math.floor(math.log10(shown)) - 1)
         small = round(math.floor(shown / digit + _SLACK) * digit, 12)
