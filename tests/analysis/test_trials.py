@@ -944,6 +944,9 @@ def test_a_change_is_compared_with_the_string_as_it_is_run_in_the_same_steps():
     assert "free at 28 to 56 rpm; along the speed room for 1.4 tolerances" in told[3]
     assert told[4].startswith("  as it is   ")
     assert "free at no speed that was run" in told[4]
+    pony = replace(soft, words="stabilisers 45 ft apart with pony collars")
+    of_pony = list(trial_words.lines(replace(found, changes=(none, pony)), "rotary_speed", FIELD))
+    assert "pony collars free at 20 to 45 rpm" in of_pony[5]
     alike = list(trial_words.lines(replace(found, steps=(5 * RPM, 5 * RPM)), "rotary_speed", FIELD))
     assert alike[1:] == told[3:], "in equal steps there is nothing to say"
     data = data_of(confirmed(POINT, found), "rotary_speed")

@@ -362,7 +362,8 @@ class Trials:
     untried: tuple[tuple[float, float], ...] = ()
     """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
     nothing: bool = False
-    """Whether the map of the file allows nothing: what one run of the string as it is shows is no room."""
+    """Whether the map of the file allows nothing: what one run of the string as it is shows, and its row of the map as
+    well, is no room."""
     begins: float | None = None
     """At which speed [rad/s] the ways up of the changes begin, the lowest of the file."""
     steps: tuple[float, float] | None = None

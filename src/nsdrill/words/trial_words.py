@@ -279,18 +279,22 @@ def _rows(trials: Iterable[Trial], fmt: Formatter) -> Iterator[str]:
         if len(told) > 1:
             others = "; ".join(dict.fromkeys(text for text in told if text != "free"))
             told = [f"{_free(same)} free{f', else {others}' if others else ''}"]
-        yield f"  {_name(same[0]):{_WIDTH}s}{told[0]}"
+        yield _row(_name(same[0]), told[0])
 
 
 def _change_rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
     """What a ``change`` does: a row, or one for each of its weights."""
     if not change.others:
-        yield f"  {change.words:{_WIDTH}s}{_freed(change, found, along, fmt)}"
+        yield _row(change.words, _freed(change, found, along, fmt))
         return
     yield f"  {change.words}"
     for one in change.every:
-        at = f"  at {fmt.value('wob', one.wob or 0.0)}"
-        yield f"  {at:{_WIDTH}s}{_freed(one, found, along, fmt)}"
+        yield _row(f"  at {fmt.value('wob', one.wob or 0.0)}", _freed(one, found, along, fmt))
+
+
+def _row(name: str, told: str) -> str:
+    """A row of a table; a name that is too long for its column ends in a space as well."""
+    return f"  {name:{_WIDTH - 1}s} {told}"
 
 
 def _numbers(found: Trials) -> str:
