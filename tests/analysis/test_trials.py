@@ -577,11 +577,6 @@ def test_a_change_tells_what_it_frees_at_each_weight_at_which_it_was_run():
     told_all = list(trial_words.lines(found, "rotary_speed", FIELD))
     assert told_all[0].startswith("One change at a time, each run one way up at 5 klbf, 10 klbf, 20 klbf")
     assert "nowhere" not in " ".join(told_all)
-    finer = list(trial_words.lines(replace(found, begins=20 * RPM, steps=(5 * RPM, 2 * RPM)), "rotary_speed", FIELD))
-    assert "one way up from 20 rpm in steps of at most 5 rpm at" in finer[0]
-    assert finer[1].startswith("  The map has steps of 2 rpm: the string as it is was not run in those of the changes")
-    alike = list(trial_words.lines(replace(found, begins=20 * RPM, steps=(5 * RPM, 5 * RPM)), "rotary_speed", FIELD))
-    assert alike[1:] == told_all[1:], "in equal steps there is nothing to say"
     assert " ".join(told_all[-1].split()) == "at 20 klbf free at no speed that was run"
     data = data_of(confirmed(POINT, found), "rotary_speed")["changes"][1]
     assert (data["wob"], data["room"]) == ({"wob": 20 * KLBF}, 0.0)
@@ -927,6 +922,55 @@ def test_the_string_as_it_is_shows_no_more_than_a_finer_map():
     fully = replace(more, room=2.6, key="e", trials=ways("...", "...."))
     more_room = replace(tried, room=3.5)
     assert Trials(changes=(as_it_is, more_room, fully), mapped=True).best == fully
+
+
+def test_a_change_is_compared_with_the_string_as_it_is_run_in_the_same_steps():
+    """The map, in steps of 2 rpm, is free at 28 to 56 rpm; in those of the changes the string as it is is free at no
+    speed and soft torque at 20 to 45 rpm: better, though less so than beside the map."""
+    ends = (20 * RPM, 45 * RPM)
+    free = ((28 * RPM, 56 * RPM),)
+    none = Change("none", "", "", "as it is", room=0.0, wob=20 * KLBF)
+    soft = Change("drive", "drive.kind", "soft_torque", "soft torque", (ends,), 1.2, ends, wob=20 * KLBF)
+    by_map = replace(none, free=free, widest=free[0], room=1.4)
+    found = Trials(
+        changes=(none, soft), wob=20 * KLBF, mapped=True, by_map=by_map, begins=20 * RPM, steps=(5 * RPM, 2 * RPM)
+    )
+    assert found.as_it_is == none
+    assert found.best == soft
+    told = list(trial_words.lines(found, "rotary_speed", FIELD))
+    assert "one way up from 20 rpm in steps of at most 5 rpm at 20 klbf" in told[0]
+    assert told[1].startswith("  The map has steps of 2 rpm: compare the changes with the string as it is, run in")
+    assert told[3].startswith("  as it is, by the map   ")
+    assert "free at 28 to 56 rpm; along the speed room for 1.4 tolerances" in told[3]
+    assert told[4].startswith("  as it is   ")
+    assert "free at no speed that was run" in told[4]
+    pony = replace(soft, words="stabilisers 45 ft apart with pony collars")
+    of_pony = list(trial_words.lines(replace(found, changes=(none, pony)), "rotary_speed", FIELD))
+    assert "pony collars free at 20 to 45 rpm" in of_pony[5]
+    alike = list(trial_words.lines(replace(found, steps=(5 * RPM, 5 * RPM)), "rotary_speed", FIELD))
+    assert alike[1:] == told[3:], "in equal steps there is nothing to say"
+    data = data_of(confirmed(POINT, found), "rotary_speed")
+    assert (data["as_it_is_by_map"]["room"], data["as_it_is_by_map"]["at_other_weights"]) == (1.4, [])
+    assert [one["room"] for one in data["changes"]] == [0.0, 1.2]
+    assert data["changes_step"] == {"rotary_speed": 5 * RPM}
+    assert data_of(confirmed(POINT, replace(found, by_map=None)), "rotary_speed")["as_it_is_by_map"] is None
+    failed = replace(none, room=None, why="25 of 25 runs failed")
+    assert replace(found, changes=(failed, soft)).best is None, "then the map is what is known"
+
+
+def test_room_that_is_of_the_steps_alone_is_no_gain():
+    """The map has no room, and allows nothing. In the coarser steps of the changes the string as it is has 1.5
+    tolerances, as a change has there too: that is of the steps."""
+    ends = (90 * RPM, 160 * RPM)
+    by_map = Change("none", "", "", "as it is", room=0.4, wob=20 * KLBF)
+    now = replace(by_map, room=1.5, free=(ends,), widest=ends)
+    span = Change("span", "k", "30 ft", "stabilisers 30 ft apart", (ends,), 1.6, ends, wob=20 * KLBF)
+    found = Trials(changes=(now, span), wob=20 * KLBF, mapped=True, nothing=True, by_map=by_map)
+    assert found.helping == []
+    assert found.best is None, "nor is that of the string as it is a setting, which its map has not"
+    more = replace(span, room=2.6)
+    assert replace(found, changes=(now, more)).best == more
+    assert replace(found, by_map=replace(by_map, room=1.5)).helping == [span], "what the map has, it takes away itself"
 
 
 def test_a_hint_says_how_slow_and_how_a_vibration_ends():

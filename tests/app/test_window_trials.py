@@ -413,7 +413,7 @@ def test_where_changes_alone_are_interrupted_the_answer_is_that_of_all_trials(to
     def verdict(found, severity, critical):
         return Outcome(next(bad, "vibrates")), ("stick_slip",), ""
 
-    def interrupted(changed, told, workers, as_mapped):
+    def interrupted(changed, told, workers):
         raise KeyboardInterrupt
         yield
 
@@ -642,21 +642,38 @@ def test_steps_of_changes_do_not_jump_across_the_wall():
     assert "; steps of 6.7 rpm may jump across whirl at " in row
 
 
-def test_the_string_as_it_is_does_what_the_map_shows(tmp_path, monkeypatch):
-    """The map allows nothing at any of its speeds: a way up of other steps, which may show more, is not run."""
+def test_the_string_as_it_is_is_run_as_the_changes_are(tmp_path, monkeypatch):
+    """The map allows nothing at any of its speeds. Changes are run in other steps, and so is the string as it is: the
+    row of the map stands beside it, and of all that is told before every one is run."""
     monkeypatch.setattr(remedies, "SPEEDS", 3)
+    monkeypatch.setattr(window_trials, "SPEEDS", 3)
     study = parse_study(TORSION, "the test", ["sweep.rotary_speed={from: 4 rad/s, to: 9 rad/s, points: 6}"])
     run_study(study, tmp_path / "out.h5", workers=1)
-    seen = []
-    ran = remedies.Changed.run
-    monkeypatch.setattr(remedies.Changed, "run", lambda changed, one: seen.append(one.name) or ran(changed, one))
-    found = nsdrill.window(str(tmp_path / "out.h5"), trials=True)["answer"]
-    assert found["kind"] == "nothing"
-    assert found["changes"][0]["name"] == "none"
-    assert found["changes"][0]["free"] == []
-    assert found["changes"][0]["room"] == 0.0
-    assert "none" not in seen
-    assert "weight" in seen
+    seen, told = [], []
+    ran = remedies.Changed._run_at
+
+    def run_at(changed, one, wobs):
+        seen.append((one.name, changed.study_of(one, wobs)))
+        return ran(changed, one, wobs)
+
+    monkeypatch.setattr(remedies.Changed, "_run_at", run_at)
+    results = results_for_window(tmp_path / "out.h5")
+    path = str(tmp_path / "out.h5")
+    found = window_trials.tried(find_window(results), results, path, workers=1, watch=told.append)["answer"]
+    assert found.kind == "nothing"
+    assert [one.name for one in found.trials.changes] == [name for name, _ in seen[:3]] == ["none", "drive", "weight"]
+    for _, one in seen[:3]:
+        assert (list(one.axes["rotary_speed"]), one.procedure) == ([4.0, 6.5, 9.0], "up")
+    prices = [one.price for one in told if one.note == "changes"]
+    assert prices[0].startswith("3 changes, about ")
+    assert {one.total for one in told if one.note == "changes"} == {3}
+    by_map, as_run = found.trials.by_map, found.trials.as_it_is
+    assert (by_map.free, by_map.room, as_run.wob) == ((), 0.0, by_map.wob)
+    assert found.trials.steps == pytest.approx((2.5, 1.0))
+    assert found.trials.best is None or found.trials.best.key, "where the map has the way up, another shows no setting"
+    data = data_of(found.trials, "rotary_speed")
+    assert (data["changes"][0]["name"], data["as_it_is_by_map"]["free"]) == ("none", [])
+    assert len(data["changes"]) == 3
 
 
 def test_changes_keep_to_where_one_drills():

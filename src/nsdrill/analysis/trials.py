@@ -362,15 +362,19 @@ class Trials:
     untried: tuple[tuple[float, float], ...] = ()
     """The corners of the limits, speeds [rad/s] and weights [N], that were not tried after cuts."""
     nothing: bool = False
-    """Whether the map of the file allows nothing: what one run of the string as it is shows is no room."""
+    """Whether the map of the file allows nothing: what one run of the string as it is shows, and its row of the map as
+    well, is no room."""
     begins: float | None = None
     """At which speed [rad/s] the ways up of the changes begin, the lowest of the file."""
     steps: tuple[float, float] | None = None
     """The greatest step [rad/s] of these ways up, and that of the file: what is free in one need not be in the
     other."""
+    by_map: Change | None = None
+    """The string as it is on the way up of the file, in the steps and from the histories of that. None where the file
+    has none."""
     mapped: bool = False
-    """Whether the file has the way up itself, in its own steps: that of the string as it is, among
-    the changes, then shows no more."""
+    """Whether the file has the way up itself: that of the string as it is, among the changes, is what these are
+    compared with, in their steps, and shows no setting."""
     set_down: tuple[float, float] | None = None
     """In what times [s] the weight was set on the ways in, the shortest and the longest."""
     held: tuple[float, float] | None = None
@@ -444,8 +448,13 @@ class Trials:
 
     @property
     def as_it_is(self) -> Change | None:
-        """The string without a change, where changes were run."""
+        """The string without a change, where changes were run: in the steps of these."""
         return next((one for one in self.changes if not one.key), None)
+
+    def _now(self, wob: float | None) -> Change | None:
+        """The string as it is at a weight, as a change is run there; by the map where that is not known."""
+        run = self.as_it_is and self.as_it_is.at(wob)
+        return self.by_map.at(wob) if self.by_map is not None and (run is None or run.room is None) else run
 
     @property
     def wobs(self) -> list[float]:
@@ -456,18 +465,22 @@ class Trials:
     @property
     def helping(self) -> list[Change]:
         """The changes, each at each of its weights, with room for a tolerance, and more than the string has as it is at
-        that weight: a tolerance more where it has so much already, of which less is no gain that a driller can hold,
-        unless trials take that away. What trials cut is not compared with what none was run of; nor is what they show
-        to hold the weight as well, as the setting has no room where changes are run."""
+        that weight, run in the same steps: a tolerance more where it has so much already, of which less is no gain that
+        a driller can hold, unless the map, or trials, take that away. What trials cut is not compared with what none
+        was run of; nor is what they show to hold the weight as well, as the setting has no room where changes are
+        run."""
         return [one for change in self.changes if change.key for one in change.every if self._helps(one)]
 
     def _helps(self, one: Change) -> bool:
-        now = self.as_it_is and self.as_it_is.at(one.wob)
+        now, mapped = self._now(one.wob), self.by_map and self.by_map.at(one.wob)
         is_here = now is not None and now.wob in (None, self.wob)  # to what the map and its trials say
         if one.trials and (one.promised > Robust.POOR or not (is_here and self.trials)):
             return one.has_room
-        least = (now.room or 0.0) if now is not None and not self.nothing else 0.0
-        gain = 1.0 - 1e-9 if now is not None and now.has_room and not (is_here and self._is_poor) else 0.0
+        # room that the row of the map has not is of the steps, and the same of a change as well
+        is_of_steps = now is not None and now.has_room and mapped is not None and not mapped.has_room
+        least = (now.room or 0.0) if now is not None and (is_of_steps or not self.nothing) else 0.0
+        is_taken = is_here and self._is_poor and not is_of_steps
+        gain = 1.0 - 1e-9 if now is not None and now.has_room and not is_taken else 0.0
         return one.has_room and (one.room or 0.0) > least + gain
 
     @property
@@ -482,7 +495,7 @@ class Trials:
         reaches, or vibrates after a tag, helps nothing, nor, of a string that has room, what fewer ways in reach.
         None where no change helps, or where only some samples need one."""
         now = self.as_it_is
-        has_room = now is not None and now.has_room
+        has_room = any(one is not None and one.has_room for one in (now, self.by_map))
         if now is not None and not self.mapped and (free := [one for one in (now, *now.every) if one.has_room]):
             return None if self.samples else free[0]
         share = _free_share(self.ways_in()) if has_room and not self._is_poor else 0.0
@@ -652,20 +665,18 @@ def _plain_change(one: Change, along: str, whole: Change) -> Answer:
     }
 
 
+def _plain_whole(change: Change, along: str) -> Answer:
+    others = [_plain_change(one, along, change) for one in change.every if one.wob != change.wob]
+    return {**_plain_change(change, along, change), "at_other_weights": others}
+
+
 def data_of(found: Trials, along: str) -> Answer:
     """Trials and changes as plain data: values stand under the name of their quantity."""
     return {
         "trials": _plain(found.trials),
         "trials_counted": counted(found.trials),
-        "changes": [
-            {
-                **_plain_change(change, along, change),
-                "at_other_weights": [
-                    _plain_change(one, along, change) for one in change.every if one.wob != change.wob
-                ],
-            }
-            for change in found.changes
-        ],
+        "changes": [_plain_whole(change, along) for change in found.changes],
+        "as_it_is_by_map": None if found.by_map is None else _plain_whole(found.by_map, along),
         "changes_begin": None if found.begins is None else {"rotary_speed": found.begins},
         "changes_step": None if found.steps is None else {"rotary_speed": found.steps[0]},
         "changes_at": None if found.wob is None else {"wob": found.wob},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from math import isclose
 
 from nsdrill.analysis.trials import (
@@ -254,10 +255,12 @@ def lines(found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
         begins = "" if found.begins is None else f" from {fmt.value('rotary_speed', found.begins)}"
         own = "" if found.steps is None else f" in steps of at most {fmt.value('rotary_speed', found.steps[0])}"
         yield f"One change at a time, each run one way up{begins}{own}{at}, not back down{_numbers(found)}:"
-        if found.mapped and found.steps is not None and not isclose(*found.steps, rel_tol=1e-6):
+        if found.by_map is not None and found.steps is not None and not isclose(*found.steps, rel_tol=1e-6):
             step = fmt.value("rotary_speed", found.steps[1])
-            yield f"  The map has steps of {step}: the string as it is was not run in those of the changes, so that"
-            yield "  more or less room than by the map may be that of the steps."
+            yield f"  The map has steps of {step}: compare the changes with the string as it is, run in their steps,"
+            yield "  not with the map."
+        if found.by_map is not None:
+            yield from _change_rows(replace(found.by_map, words=f"{found.by_map.words}, by the map"), found, along, fmt)
         for change in found.changes:
             yield from _change_rows(change, found, along, fmt)
         for change in (one for each in found.changes for one in each.every):
@@ -276,19 +279,22 @@ def _rows(trials: Iterable[Trial], fmt: Formatter) -> Iterator[str]:
         if len(told) > 1:
             others = "; ".join(dict.fromkeys(text for text in told if text != "free"))
             told = [f"{_free(same)} free{f', else {others}' if others else ''}"]
-        yield f"  {_name(same[0]):{_WIDTH}s}{told[0]}"
+        yield _row(_name(same[0]), told[0])
 
 
 def _change_rows(change: Change, found: Trials, along: str, fmt: Formatter) -> Iterator[str]:
     """What a ``change`` does: a row, or one for each of its weights."""
-    words = f"{change.words}, by the map" if found.mapped and not change.key else change.words
     if not change.others:
-        yield f"  {words:{_WIDTH}s}{_freed(change, found, along, fmt)}"
+        yield _row(change.words, _freed(change, found, along, fmt))
         return
-    yield f"  {words}"
+    yield f"  {change.words}"
     for one in change.every:
-        at = f"  at {fmt.value('wob', one.wob or 0.0)}"
-        yield f"  {at:{_WIDTH}s}{_freed(one, found, along, fmt)}"
+        yield _row(f"  at {fmt.value('wob', one.wob or 0.0)}", _freed(one, found, along, fmt))
+
+
+def _row(name: str, told: str) -> str:
+    """A row of a table; a name that is too long for its column ends in a space as well."""
+    return f"  {name:{_WIDTH - 1}s} {told}"
 
 
 def _numbers(found: Trials) -> str:

@@ -110,12 +110,12 @@ def tried(
             if changed is None and (found.withdraws or advice.narrow) and "rotary_speed" in results.swept:
                 changed, found = later, replace(found, wob=place["wob"])
             if changed is not None and not found.interrupted:
-                as_mapped = _as_it_is(results, severity, changed) if mapped else None
+                found = replace(found, by_map=_as_it_is(results, severity, changed) if mapped else None)
                 told.begin()
                 speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
                 steps = float(np.ptp(speeds)) / (SPEEDS - 1), float(np.max(np.diff(speeds), initial=0.0))
                 found = replace(found, begins=float(np.min(speeds)), steps=steps)
-                for change in changed_all(changed, told, workers, as_mapped):
+                for change in changed_all(changed, told, workers):
                     found = replace(found, changes=(*found.changes, change))
                 found = _with_changes_tried(found, changed, results.coords["rotary_speed"], workers, told)
     except KeyboardInterrupt:
@@ -356,23 +356,21 @@ def _weights(
     return tuple(sorted(found))
 
 
-def changed_all(changed: Changed, told: Told, workers: int, as_mapped: Change | None = None) -> Iterator[Change]:
-    """The changes with what they do, in their order. What the string does as it is, is not run again where the map
-    has shown it."""
+def changed_all(changed: Changed, told: Told, workers: int) -> Iterator[Change]:
+    """The changes with what they do, in their order. The string as it is, is run as they are even where the map has
+    shown what it does: its steps and histories are others, and of two ways up that differ in more than the change none
+    tells what that does."""
     stop = threading.Event()
 
     def run(change: Change) -> Change:
         with interrupt.while_wanted(lambda: not stop.is_set()):
             return changed.run(change)
 
-    first, *others = changed.all()
-    to_run = others if as_mapped is not None else [first, *others]
+    to_run = changed.all()
     with ThreadPoolExecutor(workers) as threads:
         running: list[Future[Change]] = []
         try:
             told.at(0, len(to_run), "changes")
-            if as_mapped is not None:
-                yield as_mapped
             running = [threads.submit(run, one) for one in to_run]
             for number, one in enumerate(running):
                 told.at(number, len(to_run), "changes")
