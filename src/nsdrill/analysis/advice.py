@@ -36,6 +36,7 @@ from nsdrill.analysis.untried import (
     gaps_of,
     jumps_of,
     past,
+    stuck_past,
     without_jumps,
 )
 from nsdrill.analysis.vibrating import Vibration
@@ -53,6 +54,8 @@ CLEAR = 2.0  # tolerances above the wall's speeds, to which the bit may swing: a
 BORDERLINE, STICKS_ON = "borderline", "sticks_on"  # grades, as data have them
 UNSTABLE = "unstable"  # of the second: where that alone bars a point
 NEAR = 0.3  # of the speed: what whirl shows farther away is not what it shows here
+QUICK = 0.5  # of the period of torsion: a bit that stops as often does not swing with it
+MILD = 0.25  # of the greatest torque at the surface: less of a swing is none of stick-slip
 STEADY = 0.2  # of the mean torque: one that swings by more is not steady
 
 
@@ -414,6 +417,9 @@ class Advice:
     jump: Jump | None = None
     """Where the way up to it, in the steps of the sweep, may have jumped across speeds at which
     it vibrates; None where it did not, or where a start at the point shows that it is free."""
+    stuck_past: tuple[float, float] | None = None
+    """The speeds [rad/s] at which the collar reaches the wall, where the way in passes them in stick-slip: it is not
+    driven to the wall then, and whether it is hangs on where the sweep begins. None where it does not."""
     tried_kind: Kind | None = None
     """Of a hint for that alone: what it is where a trial comes through these speeds; else None."""
     vibrates: Vibration | None = None
@@ -635,7 +641,8 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
     is_unreached = kind == Kind.QUICK_START and (held or (way is not None and way.first == First.NONE))
     kind = Kind.HINT if is_unreached else kind  # unless trials reach it
     jump = None if kind == Kind.QUICK_START else first_on_the_way(maps, jumps, cell)
-    tried_kind = kind if jump is not None and kind != Kind.HINT else None
+    stuck = _stuck_past(maps, cell, way) if kind != Kind.QUICK_START else None
+    tried_kind = kind if (jump is not None or stuck is not None) and kind != Kind.HINT else None
     kind = Kind.HINT if tried_kind is not None else kind  # unless trials come through
     return Advice(
         kind,
@@ -665,6 +672,7 @@ def _at_point(maps: Graded, choice: Choice, through: Array | None = None, levels
         cell=cell,
         is_unreached=is_unreached,
         jump=jump,
+        stuck_past=stuck,
         tried_kind=tried_kind,
         settled_only=maps.settled_only,
         by_request=by_request,
@@ -733,6 +741,14 @@ def _speed(maps: Graded, cell: Cell) -> float:
     if maps.third == "rotary_speed":
         at[maps.third] = float(maps.values(maps.third)[cell[0]])
     return at.get("rotary_speed", np.inf)
+
+
+def _stuck_past(maps: Graded, cell: Cell, way: WayIn | None) -> tuple[float, float] | None:
+    """The speeds of :attr:`Advice.stuck_past`; None of a way in on which the speed is set first, off bottom."""
+    if way is not None and way.first == First.SPEED:
+        return None
+    found = stuck_past(maps)
+    return (found.low, found.high) if found is not None and found.points[cell] else None
 
 
 def _slowly(maps: Graded, cell: Cell, ends: Mapping[str, Stretch]) -> tuple[int, dict[str, float], int | None]:
@@ -1306,20 +1322,22 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: sl
 
     sticking = period = shortest = whirling = acceleration = least_shocks = at = None
     below = np.flatnonzero(_line(_met(maps, way), cell)[: cell[2]] & STICK_SLIP)
-    if below.size and maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
-        near = (*cell[:2], int(below[-1]))
-        at = float(maps.values(maps.x)[near[-1]])
-        # of the ways that stick there that which swings most: a mild one is no measure of it
-        ways = [one for one in maps.ways if int(_met(maps, one)[near]) & STICK_SLIP]
-        swings = {one: tuple(float(of(f"surface_torque_{end}", one)[near]) for end in ("min", "max")) for one in ways}
-        widest = max(ways, key=lambda one: swings[one][1] - swings[one][0])
-        sticking = tuple(one - (drag or 0.0) * at for one in swings[widest])
-        shortest = torsional_period(maps.results.attrs, here)
-        if "stick_slip_period" in variables:
-            found = float(of("stick_slip_period", widest)[near])
+    if maps.x == "rotary_speed" and {"surface_torque_min", "surface_torque_max"} <= variables.keys():
+        torsional = torsional_period(maps.results.attrs, here)
+        for near in ((*cell[:2], int(column)) for column in below[::-1]):
+            # of the ways that stick there that which swings most: a mild one is no measure of it
+            ways = [one for one in maps.ways if int(_met(maps, one)[near]) & STICK_SLIP]
+            ends = {one: tuple(float(of(f"surface_torque_{end}", one)[near]) for end in ("min", "max")) for one in ways}
+            widest = max(ways, key=lambda one: ends[one][1] - ends[one][0])
+            found = float(of("stick_slip_period", widest)[near]) if "stick_slip_period" in variables else np.nan
+            if _is_of_bounce(found, torsional, *ends[widest]):
+                continue
+            at = float(maps.values(maps.x)[near[-1]])
+            sticking = tuple(one - (drag or 0.0) * at for one in ends[widest])
             # what repeats faster than torsion swings is no cycle of it, but what a bouncing bit adds
-            period = found if found >= (shortest or 0.0) else None
-        shortest = shortest if period is None else None
+            period = found if found >= (torsional or 0.0) else None
+            shortest = torsional if period is None else None
+            break
     whirling_at = None
     if "lateral_acceleration_rms" in variables and (whirl := _nearest_whirl(maps, cell)) is not None:
         whirls, column = whirl
@@ -1348,6 +1366,13 @@ def _surface(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: sl
     shocks = acceleration, least_shocks, free_shocks, alarm
     places = {axis: here[axis] for axis in ("depth", "wob") if axis in (maps.x, maps.y, maps.third)}
     return Surface(torque, swing, sticking, period, shortest, whirling, *shocks, above, at, whirling_at, places)  # type: ignore[arg-type]
+
+
+def _is_of_bounce(period: float, torsional: float | None, least: float, most: float) -> bool:
+    """Whether a bit that stops every ``period`` [s] does so as it bounces, while the torque at the surface stays
+    between two that are near to each other: torsion does not swing, and this tells nothing of stick-slip."""
+    is_fast = torsional is not None and period < QUICK * torsional
+    return bool(is_fast and most - least < MILD * max(abs(most), abs(least)))
 
 
 def _all_within(maps: Graded, cell: Cell, within: Mapping[str, Stretch], levels: slice | None) -> Array:
@@ -1577,6 +1602,8 @@ def data_of(advice: Advice, along: str) -> Answer:
         {**asdict(one), "responses": list(one.responses)} for one in advice.vibrates.ways
     ]
     found["jump"] = advice.jump and data_of_jump(advice.jump)
+    stuck = advice.stuck_past
+    found["stuck_past"] = stuck and {"axis": "rotary_speed", "from": stuck[0], "to": stuck[1]}
     found["grade"] = _name(advice.grade)
     found["basis"] = advice.basis and data_of_basis(advice.basis)
     found["beside"] = advice.beside and _data_of_border(along, advice.beside)

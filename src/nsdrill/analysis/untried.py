@@ -11,7 +11,9 @@ import numpy as np
 from nsdrill.analysis.chains import SLACK, chain_of
 from nsdrill.analysis.graded import Graded
 from nsdrill.analysis.grades import lasting
+from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.planes import Cell, along_axis, stretches
+from nsdrill.analysis.sticking import sticks_past
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.models.choices import words_along
 from nsdrill.records import dataclass
@@ -165,3 +167,29 @@ def _chained(results: Results, axis: str) -> Array:
     """The values of an axis; of that along which the state was carried those of the whole chain."""
     chain = chain_of(results)
     return chain.whole if chain is not None and chain.along == axis else np.asarray(results.coords[axis], dtype=float)
+
+
+@dataclass(frozen=True)
+class StuckPast:
+    """The allowed ``points`` [third, y, x] which the way up reaches in stick-slip past the speeds ``low`` to ``high``
+    [rad/s] at which the collar reaches the wall: it is not driven to it then, which hangs on where the sweep begins."""
+
+    points: Array
+    low: float
+    high: float
+
+
+def stuck_past(maps: Graded) -> StuckPast | None:
+    """Where that is; None of samples and of many starts, where another way is known, and where there is none."""
+    passing = next((one for one in lasting(maps.results) if one["name"] == "wall_speed" and one.get("range")), None)
+    if passing is None or maps.x != SPEED or maps.along != SPEED or maps.share is not None:
+        return None
+    if "up" not in maps.ways or maps.confidence is not None:
+        return None
+    values, low, high = maps.values(SPEED), passing["range"]["from"], passing["range"]["to"]
+    inside, above = (values >= low) & (values <= high), values > high
+    if not inside.any():  # steps that jump across have a warning of their own
+        return None
+    from_below = (maps.grade == Grade.FROM_BELOW_ONLY) | (maps.grade == Grade.FROM_BELOW)
+    found = sticks_past(maps.bits_on("up"), inside)[..., None] & above & from_below & maps.allowed
+    return StuckPast(found, low, high) if found.any() else None

@@ -25,7 +25,7 @@ from nsdrill.analysis.chains import Chain, chain_of
 from nsdrill.analysis.counts import TOP_SPEED, after_failure, beyond, known
 from nsdrill.analysis.doubts import doubts_in
 from nsdrill.analysis.graded import Graded, drilled_runs, graded
-from nsdrill.analysis.grades import BOUNCE, driven_by_mud, lasting, spread_of
+from nsdrill.analysis.grades import BOUNCE, driven_by_mud, spread_of
 from nsdrill.analysis.histories import Grade, Label, is_allowed
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.limits import past_jumps
@@ -35,9 +35,9 @@ from nsdrill.analysis.planes import Cell, check_judged, planes_of, stretches
 from nsdrill.analysis.probability import check_samples, effective_number, independent
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.safety import counts_of, needed, run_safety, told_responses, unseen_responses
-from nsdrill.analysis.sticking import ends_by_smoothed_alone, from_rest, sticks_past
+from nsdrill.analysis.sticking import ends_by_smoothed_alone, from_rest
 from nsdrill.analysis.unsettled import unsettled_of
-from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run
+from nsdrill.analysis.untried import data_of_jump, first_on_the_way, gaps_of, jumps_of, stretches_run, stuck_past
 from nsdrill.analysis.vibrating import vibration_at
 from nsdrill.data import (
     BENT,
@@ -307,29 +307,17 @@ def _stuck_through(maps: Classes, cell: Cell | None) -> Answer | None:
     it does. They are at the weights ``wob``, the least and the greatest; ``from`` and ``to`` are
     these speeds [rad/s], ``at_point`` is whether the recommended point, a ``cell``, is among
     them. None where there are no such points."""
-    grades, speed = maps.grades, "rotary_speed"
-    passing = next((one for one in lasting(maps.results) if one["name"] == "wall_speed" and one.get("range")), None)
-    if passing is None or maps.x != speed or grades.along != speed or grades.share is not None:
+    past = stuck_past(maps.grades)
+    if past is None:
         return None
-    if "up" not in grades.ways or grades.confidence is not None:
-        return None
-    values, low, high = maps.values(speed), passing["range"]["from"], passing["range"]["to"]
-    inside, above = (values >= low) & (values <= high), values > high
-    bits = maps.bits_in[grades.ways.index("up")]
-    if not inside.any():  # steps that jump across have a warning of their own
-        return None
-    sticks = sticks_past(bits, inside)
-    from_below = (grades.grade == Grade.FROM_BELOW_ONLY) | (grades.grade == Grade.FROM_BELOW)
-    found = sticks[..., None] & above & from_below & grades.allowed
-    if not found.any():
-        return None
+    found = past.points
     rows = np.flatnonzero(found.any(axis=(0, 2)))
     return {
         "points": int(np.count_nonzero(found)),
         "wob": [float(maps.values(maps.y)[row]) for row in (rows[0], rows[-1])] if maps.y == "wob" else None,
-        "axis": speed,
-        "from": low,
-        "to": high,
+        "axis": "rotary_speed",
+        "from": past.low,
+        "to": past.high,
         "at_point": cell is not None and bool(found[cell]),
     }
 

@@ -182,7 +182,10 @@ class Orders(Words):
             torque += f" at {fmt.value('rotary_speed', seen.whirling_at)}" if seen.whirling_at is not None else ""
             text = f"Watch the shocks downhole: {self._shocks(shocks)}. The torque does not show it ({torque})."
             if seen.least_acceleration < FAINT:
-                text = f"Whirl shows neither in the torque ({torque}) nor in the shocks downhole ({shocks} and more)."
+                text = (
+                    f"Watch the shocks downhole: light whirl, as it was met, shows neither in them ({shocks} and more) "
+                    f"nor in the torque ({torque})."
+                )
             yield text
 
         if self._bounces():

@@ -696,13 +696,17 @@ class Words:
 
     @property
     def is_jumped(self) -> bool:
-        """Whether it is a hint for that alone that steps of the map may jump across a vibration."""
+        """Whether it is a hint for that alone that steps of the map may jump across a vibration, or stick-slip took the
+        string past one."""
         return self.advice.tried_kind is not None
 
     def over_jump(self) -> str:
         """``the steps of the map may jump across whirl at 59 to 68 rpm``, or that nothing was run in
-        a gap of the axis."""
-        assert self.advice.jump is not None
+        a gap of the axis; or that stick-slip took the string past whirl."""
+        if self.advice.jump is None:
+            assert self.advice.stuck_past is not None
+            at = self.fmt.range_outwards("rotary_speed", *self.advice.stuck_past)
+            return f"on the way up stick-slip took the string past whirl at {at}, as chance had it"
         return self.over(self.advice.jump)
 
     def over(self, jump: Jump) -> str:
