@@ -314,7 +314,8 @@ def test_a_period_that_was_not_measured_has_a_least_one():
 def test_what_repeats_faster_than_torsion_swings_is_no_period_of_stick_slip():
     """Of a bit that bounces as well, the cycles that were counted are those of the bounce."""
     results = made(WALL, up=["ss....."] * 5, down=FREE)
-    torques = {f"surface_torque_{end}": np.full(results.shape, 5e3) for end in ("mean", "min", "max")}
+    ends = {"mean": 5e3, "min": 2e3, "max": 8e3}
+    torques = {f"surface_torque_{end}": np.full(results.shape, one) for end, one in ends.items()}
     by_depth = json.dumps([{"depth": 5e3, "drag": 100.0, "period": 4.0}])
     attrs = {**results.attrs, STRING_BY_DEPTH: by_depth}
     for measured, words in ((1.9, " every 4 s or more"), (4.26, " every 4.3 s"), (13.0, " every 13 s")):
@@ -323,3 +324,15 @@ def test_what_repeats_faster_than_torsion_swings_is_no_period_of_stick_slip():
         assert f"kft-lbf{words}." in words_of(summary, "field").lines()[-1]
         surface = data_of(summary["answer"], "rotary_speed")["surface"]
         assert (surface["period"] is None) == (measured < 4.0) == (surface["least_period"] is not None)
+
+
+def test_a_bit_that_stops_as_it_bounces_tells_nothing_of_stick_slip_at_the_surface():
+    """It stops twice a second while the torque at the surface stays within 5 %: torsion does not swing."""
+    results = made(WALL, up=["ss....."] * 5, down=FREE)
+    ends = {"mean": 5e3, "min": 4.9e3, "max": 5.1e3}
+    torques = {f"surface_torque_{end}": np.full(results.shape, one) for end, one in ends.items()}
+    by_depth = json.dumps([{"depth": 5e3, "drag": 100.0, "period": 4.0}])
+    seen = {**results.variables, **torques, "stick_slip_period": np.full(results.shape, 0.5)}
+    summary = find_window(replace(results, variables=seen, attrs={**results.attrs, STRING_BY_DEPTH: by_depth}))
+    assert summary["answer"].surface.sticking is None
+    assert "stick-slip at" not in words_of(summary, "field").lines()[-1]

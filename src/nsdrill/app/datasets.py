@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 
+from nsdrill.analysis.counts import AFTER_FAILURE
 from nsdrill.app.conversion import name_in
 from nsdrill.app.experiment import check_coordinates, overrides_of, with_overrides
 from nsdrill.data import IN_MEMORY, OVERRIDES, Attributes, Results, Trace, edited_together, json_text, units_of
@@ -155,8 +156,9 @@ def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str
 
 
 def _only(results: Results, names: Iterable[str]) -> Results:
-    """The ``results`` with those of their variables that are among the ``names``."""
-    kept, part = {*names}, results.part_of
+    """The ``results`` with those of their variables that are among the ``names``, and what says which runs follow one
+    that failed."""
+    kept, part = {*names, AFTER_FAILURE.name}, results.part_of
     if part is not None:
         part = (_only(part[0], kept), *part[1:])
     return replace(results, variables={n: v for n, v in results.variables.items() if n in kept}, part_of=part)
