@@ -1028,8 +1028,9 @@ def test_one_page_takes_trials(torsion, tmp_path):
         path = tmp_path / f"{trials_}.html"
         nsdrill.report(str(torsion), str(path), one_page=True, trials=trials_)
         pages.append(path.read_text())
-    assert "TRIALS:" not in pages[0]
-    assert "TRIALS:" in pages[1]
+    assert "<b>NO TRIALS:</b>" in pages[0]
+    assert "<b>TRIALS:" not in pages[0]
+    assert "<b>TRIALS:" in pages[1]
     assert "speed first: " in pages[1]
 
 

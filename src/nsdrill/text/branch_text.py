@@ -378,17 +378,17 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
             _way([text(first), *map(text, between), text(last)], [END_WORDS[end] for end in ends])
             for first, between, last, ends in _stable(branch)
         )
-        nowhere = AT_ONE_VALUE if branch["at_one_value"] else "not known" if branch["bends"] else "nowhere"
+        nowhere = AT_ONE_VALUE if branch["at_one_value"] else "not known" if branch.get("bends") else "nowhere"
         yield f"  stable         {stable or nowhere}"
         if branch["not_decided"]:
             yield f"  not decided    {_intervals(branch['not_decided'], text)}: {NOT_TOLD}"
-        if branch["bends"]:
+        if branch.get("bends"):
             yield f"  not known      {_intervals(branch['bends'], text)}: {BENT}"
         if stable and not branch["looked_between"]:
             yield "                 at its points; bifurcations between them are not looked for"
         elif any("point" in ends for ends in branch["stable_ends"]):
             yield "                 what ends it at its last point was not located, as at a kink of the equations"
-        short = "; steps stay short where the equations bend" if branch["bends"] else ""
+        short = "; steps stay short where the equations bend" if branch.get("bends") else ""
         yield f"  ends           {branch['end_reason']}{short if ENDINGS_CUT in branch['end_reason'] else ''}"
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""

@@ -12,7 +12,7 @@ from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import find, quantity
 from nsdrill.sampling import BOUNDS
 from nsdrill.study.uncertain import FACTOR, HOW
-from nsdrill.text.assembly import IN_ASSEMBLY, assembly
+from nsdrill.text.string_parts import IN_ASSEMBLY, assembly
 from nsdrill.words.values import Formatter, in_order
 
 DIGITS = 4

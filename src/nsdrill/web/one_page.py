@@ -62,7 +62,7 @@ from nsdrill.models.responses import STICK_SLIP, Response
 from nsdrill.quantity import find
 from nsdrill.records import dataclass
 from nsdrill.study.write import changes
-from nsdrill.text.assembly import IN_ASSEMBLY, STRING
+from nsdrill.text.string_parts import IN_ASSEMBLY, STRING
 from nsdrill.text.studied import ALWAYS_SHOWN, OF_LOBES, studied
 from nsdrill.web.html_page import escaped, image, sheet, without_keys
 from nsdrill.web.server import static
