@@ -318,14 +318,14 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
         if (more := len(branch["stable"]) - MAX_PARTS) > 0:
             stable += f" and {more} more"
         looked = "" if branch["looked_between"] or not stable else " (at its points)"
-        bent = _intervals(branch["bends"], lambda value: value_text(s["along"], value, units))
+        bent = _intervals(branch.get("bends", []), lambda value: value_text(s["along"], value, units))
         bent_text = f"stability not known {bent}: {BENT}" if bent else ""
         special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
         otherwise = (
             f"stable {AT_ONE_VALUE}"
             if branch["at_one_value"]
             else ""
-            if branch["not_decided"] or branch["bends"]
+            if branch["not_decided"] or branch.get("bends")
             else "unstable"
         )
         open_parts = _intervals(branch["not_decided"], lambda value: value_text(s["along"], value, units))
