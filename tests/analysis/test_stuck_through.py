@@ -1,11 +1,16 @@
 """A way up that passes the speeds at which the collar reaches the wall in stick-slip: there
 nothing shows what a string does that does not stick, as one with more damping."""
 
+from dataclasses import replace
+
+import pytest
 from figures.test_wording import WALL, made
 
+from nsdrill.analysis import advice
+from nsdrill.analysis.advice import RECOMMENDED, First, Kind
 from nsdrill.analysis.window import find_window
 from nsdrill.units import to_si
-from nsdrill.words.answer import MOST_WARNINGS, warnings
+from nsdrill.words.answer import MOST_WARNINGS, warnings, words_of
 
 RPM = to_si("1 rpm", "rad/s")
 SPEEDS = [one * RPM for one in (50, 60, 64, 67, 90, 110, 130)]
@@ -57,3 +62,22 @@ def test_nothing_is_told_along_weight():
     wall = {**WALL, "jumped": None, "from": None}
     data = made(wall, SPEEDS, WEIGHTS, along="wob", up=["ssss..."] * 3)
     assert find_window(data)["stuck_through"] is None
+
+
+@pytest.mark.parametrize("first", [First.WEIGHT, First.SPEED])
+def test_a_setting_that_stick_slip_took_past_whirl_is_a_hint_until_trials_tell(monkeypatch, first):
+    """Begun at another speed the same string whirls from there on: it was an order, which its own trials withdrew.
+    Where the speed is set first, off bottom, that way does not go through stick-slip."""
+    way_in = advice._way_in
+    monkeypatch.setattr(advice, "_way_in", lambda *given: replace(way_in(*given), first=first))
+    window_ = window("ssss...", "ssss...", "ssss...")
+    found, past = window_["answer"], window_["stuck_through"]
+    if first == First.SPEED:
+        assert (found.kind in RECOMMENDED, found.stuck_past) == (True, None)
+        return
+    assert found.kind == Kind.HINT
+    assert found.tried_kind in RECOMMENDED
+    assert advice.data_of(found, "rotary_speed")["stuck_past"]["from"] == past["from"]
+    sentence = words_of(window_, "field").sentence()
+    assert "On the way up stick-slip took the string past whirl at 59 to 68 rpm" in sentence
+    assert len(sentence.split()) <= 30
